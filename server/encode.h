@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_ENCODE_H
+#define PEN_SERVER_ENCODE_H
+
+#include "core/base/error.h"
+#include "core/base/tile.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <uv.h>
+
+/*
+ * Framebuffers to image files, in sandboxed helper processes (the penumbra-encoder program), at
+ * most two at a time, so that no image library is ever linked into the coordinator.
+ */
+struct pen_encoders;
+
+enum pen_image_format { PEN_IMAGE_PNG, PEN_IMAGE_JPEG, PEN_IMAGE_EXR, PEN_IMAGE_HDR };
+
+struct pen_encoding {
+	const char *job_id;
+	uint64_t revision; /* image_revision of the job: cached results are keyed by it */
+	bool final;        /* the render is done: full compression; else the fastest */
+	enum pen_image_format format;
+	uint32_t width, height; /* of the whole image */
+	struct pen_tiling tiling;
+	double exposure; /* stops; PNG and JPEG */
+};
+
+/*
+ * A file with the encoded image, unlinked or cached: size bytes, read-only; the callee closes fd.
+ * On failure fd is -1. Called from the loop, never from within pen_encoders_request.
+ */
+typedef void pen_encoding_fn(void *user, int fd, uint64_t size, const struct pen_error *err);
+
+/* cache_dir exists; program is the path of penumbra-encoder. */
+int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_dir,
+	struct pen_encoders **ret_encoders, struct pen_error *err);
+
+/* Stops the helpers; waiting requests end with PEN_ECLOSED; memory goes when the loop has run. */
+void pen_encoders_destroy(struct pen_encoders *encoders);
+
+/*
+ * framebuffer_fd (see server/framebuf.h) passes to the callee, also on failure. Equal requests
+ * that wait share one encoding. PEN_EAGAIN when PEN_ENCODINGS_WAITING_MAX wait.
+ */
+int pen_encoders_request(struct pen_encoders *encoders, const struct pen_encoding *encoding,
+	int framebuffer_fd, pen_encoding_fn *fn, void *user, struct pen_error *err);
+
+/* Forgets the cached encodings of a job that was deleted. */
+void pen_encoders_forget(struct pen_encoders *encoders, const char *job_id);
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_HTTP_H
+#define PEN_SERVER_HTTP_H
+
+#include "core/base/error.h"
+#include "server/encode.h"
+#include "server/farm.h"
+#include "server/job.h"
+
+#include <netinet/in.h>
+#include <uv.h>
+
+/*
+ * The HTTP interface (shared contract: paths, methods, status codes and field names of version 1)
+ * on the loop's thread: libmicrohttpd's epoll descriptor on a uv_poll, its timeout on a uv_timer.
+ */
+struct pen_http;
+
+struct pen_http_options {
+	struct sockaddr_storage address; /* port 0: any */
+	struct pen_jobs *jobs;
+	struct pen_farm *farm;
+	struct pen_encoders *encoders;
+};
+
+int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
+	struct pen_http **ret_http, struct pen_error *err);
+
+/* The port it listens on. */
+uint16_t pen_http_port(const struct pen_http *http);
+
+/* From now on new renders are answered 503 with Retry-After. */
+void pen_http_drain(struct pen_http *http);
+
+void pen_http_destroy(struct pen_http *http);
+
+#endif

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_JOB_H
+#define PEN_SERVER_JOB_H
+
+#include "core/base/digest.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/tile.h"
+#include "core/scene/parse.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/*
+ * Renders as the coordinator knows them. All of this runs on the loop thread; a struct pen_job
+ * stays valid until it is deleted, and a pointer to one must not be kept across a return to the
+ * loop: keep the id and find it again.
+ */
+
+struct pen_jobs;
+
+enum pen_job_state {
+	PEN_JOB_QUEUED,
+	PEN_JOB_RUNNING,
+	PEN_JOB_PAUSED,
+	PEN_JOB_DONE,
+	PEN_JOB_FAILED,
+	PEN_JOB_CANCELLED
+};
+
+/* "queued", … as in the render resource. */
+const char *pen_job_state_name(enum pen_job_state state);
+bool pen_job_state_parse(const char *name, enum pen_job_state *ret_state);
+
+enum { PEN_JOB_ID_TEXT = 27 }; /* 128 random bits as 26 lower-case base32 digits, and a NUL */
+
+/* What the API reads; only job.c writes. Wall times are ms since 1970, 0 = not yet. */
+struct pen_job {
+	char id[PEN_JOB_ID_TEXT];
+	uint64_t number; /* rises with each job; newest = highest */
+	enum pen_job_state state;
+	char *name;                     /* from the options, or NULL */
+	struct pen_sha256 scene_sha256; /* of the canonical text */
+	char *equivalence_class;        /* NULL until its first unit is leased */
+	char content[PEN_SHA256_TEXT];  /* content address; "" until the class is known */
+	uint32_t priority;
+	uint32_t width, height; /* of the whole image */
+	struct pen_tiling tiling;
+	uint32_t samples;
+	double exposure;
+	uint64_t units_done, units_total;
+	uint32_t tiles_done;   /* with all their rounds */
+	uint64_t samples_done; /* merged, over all pixels */
+	int64_t created_ms, started_ms, finished_ms;
+	double eta_seconds; /* < 0: unknown */
+	uint32_t restarts;
+	struct pen_error error;           /* of a failed one */
+	struct pen_scene_errors *errors;  /* of a failed one, or NULL */
+	uint64_t revision;                /* rises with each change of anything above */
+	uint64_t image_revision;          /* rises with each merged tile; 0 = nothing rendered */
+};
+
+struct pen_submission {
+	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */
+	char *canonical;         /* canonical text, heap; ownership passes likewise */
+	size_t canonical_size;
+	const char *name; /* NULL without one */
+	uint32_t priority;
+};
+
+/* job is NULL on failure; called from the loop, never from within the call that took it. */
+typedef void pen_job_fn(void *user, struct pen_job *job, const struct pen_error *err);
+
+/*
+ * Accepts a render: fn runs when it is durable (P1). PEN_ELIMIT at once when
+ * PEN_JOBS_QUEUED_MAX wait, PEN_ENOSPACE when the disk is nearly full, PEN_ECLOSED when draining.
+ */
+int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,
+	void *user, struct pen_error *err);
+
+/*
+ * Changes state to PAUSED, RUNNING (from PAUSED) or CANCELLED; fn runs when durable.
+ * PEN_ECONFLICT when the job is over. The units of a cancelled one are revoked at once.
+ */
+int pen_jobs_set_state(struct pen_jobs *jobs, struct pen_job *job, enum pen_job_state state,
+	pen_job_fn *fn, void *user, struct pen_error *err);
+
+int pen_jobs_set_priority(struct pen_jobs *jobs, struct pen_job *job, uint32_t priority,
+	pen_job_fn *fn, void *user, struct pen_error *err);
+
+/* Cancels it if it runs and removes it with its files; fn (with job NULL and err->code 0) after. */
+int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, void *user,
+	struct pen_error *err);
+
+/* NULL when there is none. *ret_removed (may be NULL) tells whether there once was one. */
+struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed);
+
+/* Newest first: the newest with number < before (UINT64_MAX: of all); NULL at the end. */
+struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before);
+
+/*
+ * A read-only descriptor of the framebuffer (layout in server/framebuf.h), the caller closes it.
+ * PEN_ENOTFOUND while nothing is rendered.
+ */
+int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd,
+	struct pen_error *err);
+
+#endif
