@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_SCHED_H
+#define PEN_SERVER_SCHED_H
+
+#include "core/base/error.h"
+#include "core/base/tile.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/*
+ * Who renders what. A pure state machine: events and the time go in, actions come out; it opens,
+ * reads and allocates nothing on the way (memory is taken only when a job or a worker is added).
+ * Times are ms of any steady clock.
+ *
+ * A unit is one round of one tile. Rounds of a tile are rendered strictly in order, one at a time:
+ * waiting, leased to a worker, merging (the result is valid and on its way into the framebuffer),
+ * merged. Within a job the lowest round goes first, within a round the tiles nearest the centre.
+ *
+ * Jobs share the farm by virtual time: render seconds over weight (1 + priority). At most
+ * PEN_SCHED_JOBS_ACTIVE of one equivalence class take turns unit by unit, since each costs every
+ * worker a scene in memory; a waiting job takes the place of one that is ahead of it.
+ *
+ * Blame: a unit that fails by its own fault PEN_BLAME_MAX times fails its job, each attempt on
+ * another worker while there is one; being killed from outside, or losing the worker, costs
+ * nothing PEN_KILLS_MAX times.
+ */
+struct pen_sched;
+
+enum { PEN_SCHED_JOBS_ACTIVE = 4 };
+
+enum pen_sched_fault {
+	PEN_SCHED_FAULT_OWN,      /* crash, deadline, invalid result: blame */
+	PEN_SCHED_FAULT_KILLED,   /* ended from outside */
+	PEN_SCHED_FAULT_RETURNED, /* handed back unrendered */
+	PEN_SCHED_FAULT_SCENE     /* the job cannot be rendered by anyone */
+};
+
+enum pen_sched_event_type {
+	PEN_SCHED_JOB_REMOVE,
+	PEN_SCHED_JOB_PAUSE,
+	PEN_SCHED_JOB_RESUME,
+	PEN_SCHED_JOB_PRIORITY,
+	PEN_SCHED_WORKER_LEAVE, /* lost or closed */
+	PEN_SCHED_WORKER_DRAIN, /* takes no more leases */
+	PEN_SCHED_PROGRESS,
+	PEN_SCHED_RESULT, /* a valid one */
+	PEN_SCHED_MERGED,
+	PEN_SCHED_FAILURE,
+	PEN_SCHED_TICK /* at least once a second */
+};
+
+struct pen_sched_event {
+	enum pen_sched_event_type type;
+	uint64_t job;    /* JOB_*, MERGED */
+	uint64_t worker; /* WORKER_*, PROGRESS, RESULT, FAILURE */
+	uint64_t lease;  /* PROGRESS, RESULT, FAILURE: one that is not live is ignored */
+	union {
+		uint32_t priority;
+		uint64_t samples; /* PROGRESS: finished so far */
+		double seconds;   /* RESULT: of rendering */
+		uint32_t tile;    /* MERGED */
+		struct {
+			enum pen_sched_fault fault;
+			const char *reason; /* valid during the step */
+		} failure;
+	} u;
+};
+
+enum pen_sched_action_type {
+	PEN_SCHED_LEASE,
+	PEN_SCHED_REVOKE,
+	PEN_SCHED_STARTED,  /* first lease: the job now belongs to class */
+	PEN_SCHED_RENDERED, /* every unit merged; the job has been dropped */
+	PEN_SCHED_FAILED,   /* for reason; dropped */
+	PEN_SCHED_ABANDONED /* no worker of its class for a minute; dropped, to be added anew */
+};
+
+struct pen_sched_action {
+	enum pen_sched_action_type type;
+	uint64_t job;
+	uint64_t worker, lease; /* LEASE, REVOKE */
+	uint32_t tile, round, epoch;
+	const char *equivalence_class; /* STARTED; valid until the next step */
+	struct pen_error reason;       /* FAILED */
+};
+
+struct pen_sched_actions {
+	const struct pen_sched_action *items; /* valid until the next step */
+	size_t count;
+};
+
+struct pen_sched_job {
+	uint64_t number; /* never used twice */
+	const struct pen_tiling *tiling;
+	uint32_t samples;
+	uint32_t priority;
+	bool paused;
+	const char *equivalence_class; /* NULL: not chosen yet */
+	const uint16_t *rounds;        /* merged already, one a tile; NULL: none */
+};
+
+struct pen_sched_worker {
+	uint64_t id; /* never used twice */
+	uint32_t processes;
+	const char *equivalence_class;
+};
+
+/* A live lease. */
+struct pen_sched_lease {
+	uint64_t id; /* never used twice; 0 = a free place */
+	uint64_t job;
+	uint32_t tile, round, epoch;
+	uint64_t samples; /* finished, as last heard */
+	int64_t granted_ms, started_ms, progress_ms; /* started: 0 while it waits in the worker */
+};
+
+int pen_sched_create(struct pen_sched **ret_sched, struct pen_error *err);
+void pen_sched_destroy(struct pen_sched *sched);
+
+/* Everything given is copied. The job gets its first leases in the next step. */
+int pen_sched_add_job(struct pen_sched *sched, const struct pen_sched_job *job,
+	struct pen_error *err);
+int pen_sched_add_worker(struct pen_sched *sched, const struct pen_sched_worker *worker,
+	struct pen_error *err);
+
+/* Unknown jobs and workers in an event are ignored: they have just gone. */
+struct pen_sched_actions pen_sched_step(struct pen_sched *sched,
+	const struct pen_sched_event *event, int64_t now_ms);
+
+/* NULL when the worker holds no such lease; valid until the next step. */
+const struct pen_sched_lease *pen_sched_find_lease(const struct pen_sched *sched, uint64_t worker,
+	uint64_t lease);
+
+/* Units that could be leased now. */
+uint64_t pen_sched_waiting(const struct pen_sched *sched);
+
+/* Render processes of the workers that take leases. */
+uint32_t pen_sched_processes(const struct pen_sched *sched);
+
+#endif
