@@ -1,0 +1,68 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs the Debian 12 packages that Penumbra is built with and runs on; with --tests also those
+# that its tests and checks need. Quick when nothing is missing. Runs as root or through sudo.
+set -euo pipefail
+
+packages=(
+    cmake ninja-build pkgconf   # the build
+    g++                         # C11 (gcc comes along) and the C++ shim around OpenImageIO
+    libembree-dev               # ray traversal
+    libopenimageio-dev          # PNG, JPEG, EXR and HDR files
+    libjansson-dev              # JSON of scenes and answers
+    libmicrohttpd-dev           # the HTTP interface
+    libuv1-dev                  # event loops of coordinator and worker
+    libprotobuf-c-dev           # messages of the tile protocol
+    protobuf-c-compiler         # protoc-c, which makes their code
+    libsqlite3-dev              # the store of jobs and tiles
+    libxxhash-dev               # checksums of frames and tiles
+    libgnutls28-dev             # SHA-256
+    libseccomp-dev              # the sandbox of encoder and scene processes
+    libcurl4-gnutls-dev         # the command-line client
+)
+
+test_packages=(
+    git                         # the lint tests ask it for the tree's files
+    python3 python3-pytest      # end-to-end, statistical and lint tests
+    python3-numpy               # images and closed forms in the tests
+    python3-openimageio         # reads back what the program wrote
+    libcmocka-dev               # unit tests in C
+    curl                        # README's walk-through, and a client that is not ours
+    procps                      # the tests look at processes
+    valgrind libc6-dbg          # memory checks of the coordinator
+    wrk                         # load of many pollers
+    clang libclang-rt-14-dev    # the second compiler, and its sanitizers
+    clang-format clang-tidy     # format and static checks
+    cppcheck                    # static checks
+    shellcheck                  # scripts
+    mandoc                      # manual pages
+)
+
+usage() {
+    echo "usage: deploy/install-deps.sh [--tests]"
+}
+
+case "${1-}" in
+    "") ;;
+    --tests) packages+=("${test_packages[@]}") ;;
+    --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+esac
+
+missing=()
+for package in "${packages[@]}"; do
+    status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+    [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "install-deps: run as root, or install sudo" >&2; exit 1; }
+    as_root=(sudo)
+fi
+
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
+echo "install-deps: installing ${missing[*]}"
+"${apt[@]}" update
+"${apt[@]}" install --no-install-recommends "${missing[@]}"

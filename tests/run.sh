@@ -1,0 +1,139 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what the tests need, builds, and runs them.
+#
+#   tests/run.sh              every suite
+#   tests/run.sh quick        lint, unit tests and one render end to end, within three minutes
+#   tests/run.sh long NAME    a measurement of tests/bench, by name
+#
+# Each suite prints its budget in seconds and is stopped when it is spent. The last line is
+# "N passed, N failed"; the exit code is 0 when nothing failed. Logs stay in build/tests.
+set -uo pipefail
+
+cd "$(dirname "$0")/.." || exit 1
+python=/usr/bin/python3 # Debian's, which has Debian's packages
+logs=build/tests
+passed=0
+failed=0
+export PYTHONDONTWRITEBYTECODE=1
+
+usage() {
+    sed -n 's/^#  *\(tests\/run\.sh\)/\1/p' tests/run.sh
+}
+
+# Prints "PASSED FAILED SKIPPED" of a JUnit file, as ctest and pytest write it.
+count() {
+    $python - "$1" <<'PYTHON'
+import sys
+import xml.etree.ElementTree as tree
+
+cases = list(tree.parse(sys.argv[1]).iter("testcase"))
+failed = sum(c.find("failure") is not None or c.find("error") is not None for c in cases)
+skipped = sum(c.find("skipped") is not None for c in cases)
+print(len(cases) - failed - skipped, failed, skipped)
+PYTHON
+}
+
+# suite NAME BUDGET_S COMMAND...: the command leaves $logs/NAME.xml; without it, it is one test.
+suite() {
+    local name=$1 budget=$2 start=$SECONDS status good=0 bad=0 skipped=0
+    shift 2
+    printf '== %s (budget %d s)\n' "$name" "$budget"
+    rm -f "$logs/$name.xml"
+    timeout --kill-after=10 "$budget" "$@" >"$logs/$name.log" 2>&1 </dev/null
+    status=$?
+    if [ -s "$logs/$name.xml" ]; then
+        read -r good bad skipped < <(count "$logs/$name.xml")
+    elif [ $status -eq 0 ]; then
+        good=1
+    fi
+    if [ $status -ne 0 ]; then
+        [ "$bad" -gt 0 ] || bad=1
+        [ $status -ne 124 ] || echo "$name: stopped after its budget of $budget s"
+        tail -n 60 "$logs/$name.log"
+    fi
+    passed=$((passed + good))
+    failed=$((failed + bad))
+    printf '   %s: %d passed, %d failed, %d skipped in %d s\n' \
+        "$name" "$good" "$bad" "$skipped" $((SECONDS - start))
+}
+
+ctest_suite() {
+    local name=$1 budget=$2 preset=$3 label=$4
+    suite "$name" "$budget" ctest --test-dir "build/$preset" -L "^$label\$" --output-on-failure \
+        --no-tests=error --output-junit "$PWD/$logs/$name.xml"
+}
+
+pytest_suite() {
+    local name=$1 budget=$2
+    shift 2
+    suite "$name" "$budget" $python -m pytest -q --junitxml "$logs/$name.xml" "$@"
+}
+
+build() {
+    local preset=$1 start=$SECONDS
+    printf '== build %s\n' "$preset"
+    if cmake --preset "$preset" >"$logs/build-$preset.log" 2>&1 &&
+        cmake --build --preset "$preset" -j "$(nproc)" >>"$logs/build-$preset.log" 2>&1; then
+        printf '   build %s: %d s\n' "$preset" $((SECONDS - start))
+        return
+    fi
+    tail -n 60 "$logs/build-$preset.log"
+    failed=$((failed + 1))
+    finish
+}
+
+finish() {
+    printf '%d passed, %d failed\n' "$passed" "$failed"
+    [ "$failed" -eq 0 ]
+    exit
+}
+
+run_quick() {
+    build release
+    pytest_suite lint 60 tests/lint
+    ctest_suite unit 60 release unit
+    pytest_suite render 60 tests/integration/test_render.py
+}
+
+run_all() {
+    build release
+    build asan
+    pytest_suite lint 60 tests/lint
+    suite check 300 deploy/check.sh
+    ctest_suite unit 60 release unit
+    ctest_suite unit-asan 120 asan unit
+    ctest_suite stat 120 release stat
+    for entry in integration:420 stat:180 reference:300 chaos:180; do
+        local directory=${entry%:*}
+        [ -z "$(find "tests/$directory" -name 'test_*.py' 2>/dev/null)" ] ||
+            pytest_suite "pytest-$directory" "${entry#*:}" "tests/$directory"
+    done
+}
+
+run_long() {
+    local found
+    found=$(find tests/bench -name "$1.py" -o -name "$1.sh" | head -n 1)
+    [ -n "$found" ] || { echo "tests/run.sh: no tests/bench/$1.py or .sh" >&2; exit 2; }
+    build release
+    case $found in
+        *.py) exec $python "$found" ;;
+        *) exec "$found" ;;
+    esac
+}
+
+case "${1-}" in
+    "" | quick) [ $# -le 1 ] || { usage >&2; exit 2; } ;;
+    long) [ $# -eq 2 ] || { usage >&2; exit 2; } ;;
+    --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+esac
+
+mkdir -p "$logs"
+deploy/install-deps.sh --tests || exit 1
+case "${1-}" in
+    quick) run_quick ;;
+    long) run_long "$2" ;;
+    *) run_all ;;
+esac
+finish
