@@ -3,6 +3,7 @@
 #define PEN_SERVER_ENCODE_H
 
 #include "core/base/error.h"
+#include "core/base/format.h"
 #include "core/base/tile.h"
 
 #include <stdbool.h>
@@ -15,12 +16,10 @@
  */
 struct pen_encoders;
 
-enum pen_image_format { PEN_IMAGE_PNG, PEN_IMAGE_JPEG, PEN_IMAGE_EXR, PEN_IMAGE_HDR };
-
 struct pen_encoding {
 	const char *job_id;
 	uint64_t revision; /* image_revision of the job: cached results are keyed by it */
-	bool final;        /* the render is done: full compression; else the fastest */
+	bool final;	   /* the render is done: full compression; else the fastest */
 	enum pen_image_format format;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;

@@ -52,7 +52,7 @@ TARGET_LIBRARIES = {
     "PkgConfig::protobuf-c": ["proto"], "PkgConfig::sqlite3": ["server"],
     "PkgConfig::xxhash": ["core/base"], "PkgConfig::gnutls": ["core/base", "server", "worker"],
     "PkgConfig::seccomp": ["core/base"], "embree": ["core/render"],
-    "OpenImageIO::OpenImageIO": ["core/image"],
+    "PkgConfig::OpenImageIO": ["core/image"],
 }
 
 

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_IMAGE_CODEC_H
+#define PEN_IMAGE_CODEC_H
+
+#include "core/base/error.h"
+#include "core/base/format.h"
+#include "core/base/rect.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/*
+ * Pictures to files. PNG and JPEG hold tone-mapped sRGB, EXR and HDR linear light. An EXR has the
+ * window as its data window and the whole image as its display window; the other formats hold the
+ * whole image, transparent (PNG) or black outside the window. Equal pixels give equal bytes: no
+ * file holds a date, a host or a program's name.
+ */
+struct pen_image_spec {
+	enum pen_image_format format;
+	uint32_t width, height; /* of the whole image */
+	struct pen_rect window; /* the part of it that was asked for */
+	bool final;	 /* every pixel of the window is rendered: compress well; else fast */
+	double exposure; /* stops; PNG and JPEG */
+};
+
+/*
+ * Tells row y of the image, y within the window: window width pixels of linear R, G, B and alpha,
+ * which is 1 where rendered and 0 elsewhere, where the colour is black. Called once a row,
+ * downwards.
+ */
+typedef int pen_image_row_fn(void *user, uint32_t y, float *ret_rgba, struct pen_error *err);
+
+/*
+ * Writes the picture into the empty file fd, row by row: memory is a few rows and, for JPEG, the
+ * file. PEN_ENOSPACE and PEN_EIO as the system tells; errors of row are passed on.
+ */
+int pen_image_encode(const struct pen_image_spec *spec, pen_image_row_fn *row, void *user, int fd,
+	uint64_t *ret_size, struct pen_error *err);
+
+#endif
