@@ -71,6 +71,9 @@ void pen_frame_reader_fed(struct pen_frame_reader *reader, size_t size);
 int pen_frame_reader_next(struct pen_frame_reader *reader, struct pen_frame *ret_frame,
 	struct pen_error *err);
 
+/* The cap on the control bytes of a type. */
+size_t pen_frame_control_max(enum pen_frame_type type);
+
 /*
  * Appends one frame to out and counts *sequence up; lengths over the type's caps are a bug
  * (asserted). PEN_ELIMIT or PEN_ENOMEM when out is full: nothing is appended then.

@@ -29,10 +29,13 @@
 #define PEN_TILE_SIDE_MAX     256u
 #define PEN_ROUND_SAMPLES_MAX 256u
 #define PEN_CHANNELS          4u /* sums of R, G and B, and the sample count */
+#define PEN_TILE_BYTES_MAX    (PEN_TILE_SIDE_MAX * PEN_TILE_SIDE_MAX * PEN_CHANNELS * 4u)
 
 /* Wire */
 #define PEN_FRAME_CONTROL_MAX (64u << 10)
 #define PEN_FRAME_PAYLOAD_MAX ((4u << 20) + 4096u)
+#define PEN_FRAME_UNKNOWN_MAX 16u /* fields of a later protocol in one message */
+#define PEN_REASON_MAX        1024u /* bytes of a sentence for people */
 #define PEN_WORKERS_MAX       256u
 #define PEN_PROCESSES_MAX     256u /* render processes of one worker */
 #define PEN_LEASES_MAX        (2u * PEN_PROCESSES_MAX)
@@ -41,9 +44,16 @@
 #define PEN_HELLO_MS          5000
 #define PEN_LEASE_MS          10000
 #define PEN_LEASE_HARD_MS     600000
+#define PEN_CLASS_BYTES_MAX   95u /* of an equivalence class's text */
+#define PEN_CLASS_ABSENT_MS   60000
 #define PEN_BLAME_MAX         3u
 #define PEN_KILLS_MAX         20u
 #define PEN_SCENES_CACHED_MAX 8u
+
+/* Coordinator */
+#define PEN_MERGING_MAX       256u  /* results on their way into framebuffers */
+#define PEN_STORE_QUEUE_MAX   4096u /* requests that wait for the disk */
+#define PEN_TILES_COMMIT_MAX  64u   /* tile rows committed together */
 
 /* HTTP */
 #define PEN_HTTP_BODY_MAX        (PEN_SCENE_BYTES_MAX + (64u << 10))
