@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A running coordinator with its local workers, for tests.
+
+    with Farm(processes=2) as farm:
+        render = farm.submit(scene)
+        farm.wait(render)
+        pixels = image.read(farm.image(render, "exr"))
+
+Leaving the block stops the coordinator by SIGTERM and fails when it does not end with code 0 or
+when one of its processes outlives it. After a failure inside the block the coordinator's log goes
+to stderr. Nothing here sleeps for a fixed time: every wait polls and has a deadline.
+"""
+import collections
+import http.client
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("PEN_BIN", ROOT / "build/release/bin"))
+# An instrumented build is slower: PEN_SLOW=10 gives every deadline ten times as long.
+SLOW = float(os.environ.get("PEN_SLOW", 1))
+
+Response = collections.namedtuple("Response", "status headers body")
+
+FINAL = ("done", "failed", "cancelled")
+
+
+def program(name):
+    return str(BIN / name)
+
+
+def wait_for(condition, seconds, what):
+    """The first true value of condition(); AssertionError when none comes in time."""
+    deadline = time.monotonic() + seconds * SLOW
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f"{what}: not within {seconds * SLOW:g} s")
+        time.sleep(0.01)
+
+
+def _stat(pid):
+    """(command name, state, parent) of a process, or None when there is none."""
+    try:
+        text = pathlib.Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return None
+    name, rest = text[text.index("(") + 1:].rsplit(")", 1)
+    fields = rest.split()
+    return name, fields[0], int(fields[1])
+
+
+def alive(pid):
+    found = _stat(pid)
+    return found is not None and found[1] not in "ZX"
+
+
+def children(pid):
+    """The living child processes of pid, oldest first."""
+    found = []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            stat = _stat(entry)
+            if stat and stat[2] == pid and stat[1] not in "ZX":
+                found.append(int(entry))
+    return sorted(found)
+
+
+def descendants(pid):
+    found = children(pid)
+    for child in list(found):
+        found += descendants(child)
+    return found
+
+
+class Worker:
+    """The process tree of one pool process: zygotes, scene processes, render processes.
+
+    A role follows from the depth: a scene process is forked by the zygote, a render process by a
+    scene process.
+    """
+
+    def __init__(self, pool):
+        self.pool = pool
+
+    def zygotes(self):
+        return children(self.pool)
+
+    def scenes(self):
+        return [pid for zygote in self.zygotes() for pid in children(zygote)]
+
+    def renders(self):
+        return [pid for scene in self.scenes() for pid in children(scene)]
+
+
+class Farm:
+    def __init__(self, processes=2, *arguments, data=None):
+        self.processes = processes
+        self.arguments = [str(a) for a in arguments]
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="penumbra-test-"))
+        self.data = pathlib.Path(data) if data else self.directory / "data"
+        self.log = self.directory / "log"
+        self.server = None
+        self.remote = []
+        self.http_port = self.worker_port = None
+
+    def __enter__(self):
+        try:
+            self.start()
+        except BaseException:
+            self._abandon()
+            raise
+        return self
+
+    def __exit__(self, kind, value, trace):
+        try:
+            if kind is None:
+                self.stop()
+        except BaseException:
+            self._abandon()
+            raise
+        if kind is not None:
+            self._abandon()
+        else:
+            shutil.rmtree(self.directory, ignore_errors=True)
+
+    def command(self):
+        return [program("penumbra"), "serve", "--data", str(self.data),
+                "--listen", "127.0.0.1:0", "--worker-listen", "127.0.0.1:0",
+                "--processes", str(self.processes), *self.arguments]
+
+    def start(self, prefix=()):
+        """Starts the coordinator (again); prefix is a command to run it under."""
+        ports = self.data / "ports"
+        ports.unlink(missing_ok=True)
+        with open(self.log, "ab") as log:
+            self.server = subprocess.Popen([*prefix, *self.command()], stdin=subprocess.DEVNULL,
+                                           stdout=log, stderr=log)
+
+        def ready():
+            if self.server.poll() is not None:
+                raise AssertionError(f"serve ended with {self.server.returncode} at once")
+            return ports.exists()
+
+        wait_for(ready, 20, "DATA/ports")
+        found = json.loads(ports.read_text())
+        self.http_port, self.worker_port = found["http"], found["workers"]
+
+    def stop(self):
+        """SIGTERM; the coordinator must end with code 0 and leave no process behind."""
+        for worker in self.remote:
+            stop_process(worker)
+        self.remote = []
+        if self.server is None:
+            return
+        family = descendants(self.server.pid)
+        self.server.send_signal(signal.SIGTERM)
+        code = self.server.wait(timeout=15 * SLOW)
+        assert code == 0, f"serve ended with {code} after SIGTERM"
+        self.server = None
+        wait_for(lambda: not any(map(alive, family)), 5, "end of all processes of the farm")
+
+    def kill(self):
+        """SIGKILL to the coordinator alone; tells the processes that it had."""
+        family = descendants(self.server.pid)
+        self.server.kill()
+        self.server.wait(timeout=5)
+        self.server = None
+        return family
+
+    def connect_worker(self, processes=1, *arguments):
+        """Starts a penumbra-worker that connects from outside; tells its Popen."""
+        with open(self.log, "ab") as log:
+            worker = subprocess.Popen(
+                [program("penumbra-worker"), "--connect", f"127.0.0.1:{self.worker_port}",
+                 "--processes", str(processes), *map(str, arguments)],
+                stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        self.remote.append(worker)
+        return worker
+
+    def _abandon(self):
+        """After a failure: shows the log, ends what this farm started."""
+        family = [self.server.pid, *descendants(self.server.pid)] if self.server else []
+        for worker in self.remote:
+            family += [worker.pid, *descendants(worker.pid)]
+        if self.log.exists():
+            sys.stderr.write(f"--- log of the farm ---\n{self.log.read_text(errors='replace')}")
+        for pid in family:
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+        for process in [self.server, *self.remote]:
+            if process:
+                process.wait(timeout=5)
+        self.server, self.remote = None, []
+        shutil.rmtree(self.directory, ignore_errors=True)
+
+    # Processes
+
+    def encoders(self):
+        return [pid for pid in children(self.server.pid)
+                if (_stat(pid) or ("",))[0].startswith("penumbra-enc")]
+
+    def pools(self):
+        """The workers that the coordinator itself started."""
+        encoders = self.encoders()
+        return [Worker(pid) for pid in children(self.server.pid) if pid not in encoders]
+
+    def renders(self):
+        return [pid for worker in self.pools() for pid in worker.renders()]
+
+    # HTTP
+
+    def request(self, method, path, body=None, headers=None, timeout=30):
+        connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=timeout * SLOW)
+        try:
+            connection.request(method, path, body, headers or {})
+            answer = connection.getresponse()
+            return Response(answer.status, answer.headers, answer.read())
+        finally:
+            connection.close()
+
+    def post(self, body):
+        """POST of a scene or an envelope (a dict, or text as it is)."""
+        text = body if isinstance(body, (str, bytes)) else json.dumps(body)
+        return self.request("POST", "/v1/renders", text,
+                            {"Content-Type": "application/json", "Cache-Control": "no-store"})
+
+    def submit(self, body):
+        """The id of a new render, which must be accepted."""
+        answer = self.post(body)
+        assert answer.status == 202, f"{answer.status}: {answer.body.decode(errors='replace')}"
+        return json.loads(answer.body)["id"]
+
+    def get(self, path):
+        answer = self.request("GET", path)
+        assert answer.status == 200, f"GET {path}: {answer.status}: {answer.body[:500]!r}"
+        return json.loads(answer.body)
+
+    def resource(self, render):
+        return self.get(f"/v1/renders/{render}")
+
+    def patch(self, render, change):
+        return self.request("PATCH", f"/v1/renders/{render}", json.dumps(change),
+                            {"Content-Type": "application/json"})
+
+    def wait(self, render, seconds=60, state="done"):
+        """The resource of a render that is over, in the state that is expected."""
+        def over():
+            found = self.resource(render)
+            return found if found["state"] in FINAL else None
+
+        found = wait_for(over, seconds, f"end of render {render}")
+        assert found["state"] == state, f"{found['state']}: {found.get('error')}"
+        return found
+
+    def wait_progress(self, render, share=0.0, seconds=30):
+        """The resource once more than share of it has been rendered; it must not be over yet."""
+        def begun():
+            found = self.resource(render)
+            assert found["state"] not in FINAL, f"the render was {found['state']} too early"
+            return found if found["progress"] > share else None
+
+        return wait_for(begun, seconds, f"progress over {share} of render {render}")
+
+    def image(self, render, extension="exr"):
+        answer = self.request("GET", f"/v1/renders/{render}/image.{extension}")
+        assert answer.status == 200, f"{answer.status}: {answer.body[:500]!r}"
+        return answer.body
+
+    def render(self, body, seconds=60):
+        """Renders a scene to its end; tells the bytes of the EXR."""
+        render = self.submit(body)
+        self.wait(render, seconds)
+        return self.image(render)
+
+
+def stop_process(process, seconds=15):
+    """SIGTERM, then the exit code."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+    return process.wait(timeout=seconds * SLOW)
