@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_SEQUENCE_H
+#define PEN_RENDER_SEQUENCE_H
+
+#include "core/render/sobol.h"
+#include "core/scene/desc.h"
+
+#include <stdint.h>
+
+/*
+ * Where sample values come from: a value is a function of (seed, frame, pixel, sample index,
+ * dimension), so that any sample can be taken by anyone in any order.
+ *
+ * sobol:    the five camera dimensions are one 5-D Owen-scrambled Sobol point, scrambled anew for
+ *           each pixel; every later pair of dimensions is a 2-D Owen-scrambled Sobol point under a
+ *           shuffled index.
+ * jittered: a sample per cell of a grid of at least `samples` cells, for the pixel, for the lens,
+ *           for time and for every later pair, the cells visited in orders of their own.
+ * random:   independent values.
+ */
+struct pen_sampler {
+	enum pen_sequence sequence;
+	uint32_t key;
+	uint32_t columns, rows; /* of the jittered grid */
+	uint32_t samples;
+	struct pen_sobol sobol;
+};
+
+void pen_sampler_init(
+	struct pen_sampler *sampler, const struct pen_sampling_desc *desc, uint32_t frame);
+
+/* What separates the pixels; x and y below 2^16. Different pixels have different keys. */
+static inline uint32_t pen_sampler_key(const struct pen_sampler *sampler, uint32_t x, uint32_t y)
+{
+	return pen_hash(sampler->key ^ (y << 16 | x));
+}
+
+/* The camera's five dimensions of sixteen samples, all in [0, 1). */
+struct pen_camera_samples {
+	_Alignas(64) float x[16];
+	_Alignas(64) float y[16]; /* filter */
+	_Alignas(64) float u[16];
+	_Alignas(64) float v[16]; /* lens */
+	_Alignas(64) float time[16];
+};
+
+/* Samples [first, first + 16) of pixel (x, y); first is a multiple of 16 below 2^16. */
+void pen_sampler_block(const struct pen_sampler *sampler, uint32_t x, uint32_t y, uint32_t first,
+	struct pen_camera_samples *ret_samples);
+
+/* Sample index (below 2^16) of the pixels x + lane % 4, y + lane / 4. */
+void pen_sampler_grid(const struct pen_sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
+	struct pen_camera_samples *ret_samples);
+
+/*
+ * The plan of dimensions behind the camera's: a group is a pair of them. Each scattering event has
+ * PEN_SLOT_COUNT groups; depth counts the events of a path from 0.
+ */
+enum pen_slot {
+	PEN_SLOT_LIGHT = 0, /* + light: a point on each of up to eight */
+	PEN_SLOT_LIGHT_CHOICE = 8,
+	PEN_SLOT_LOBE,	      /* a direction */
+	PEN_SLOT_LOBE_CHOICE, /* reflection or refraction */
+	PEN_SLOT_BACKGROUND,
+	PEN_SLOT_ROULETTE,
+	PEN_SLOT_COUNT = 16
+};
+
+static inline uint32_t pen_sample_group(uint32_t depth, uint32_t slot)
+{
+	return depth * PEN_SLOT_COUNT + slot;
+}
+
+/* The pair of one group, in [0, 1), of n samples: keys by pen_sampler_key, indices below 2^16. */
+void pen_sampler_pairs(const struct pen_sampler *sampler, uint32_t group, uint32_t n,
+	const uint32_t *key, const uint32_t *index, float *ret_u, float *ret_v);
+
+#endif
