@@ -31,10 +31,10 @@ struct pen_sched;
 enum { PEN_SCHED_JOBS_ACTIVE = 4 };
 
 enum pen_sched_fault {
-	PEN_SCHED_FAULT_OWN,      /* crash, deadline, invalid result: blame */
-	PEN_SCHED_FAULT_KILLED,   /* ended from outside */
+	PEN_SCHED_FAULT_OWN,	  /* crash, deadline, invalid result: blame */
+	PEN_SCHED_FAULT_KILLED,	  /* ended from outside */
 	PEN_SCHED_FAULT_RETURNED, /* handed back unrendered */
-	PEN_SCHED_FAULT_SCENE     /* the job cannot be rendered by anyone */
+	PEN_SCHED_FAULT_SCENE	  /* the job cannot be rendered by anyone */
 };
 
 enum pen_sched_event_type {
@@ -53,14 +53,14 @@ enum pen_sched_event_type {
 
 struct pen_sched_event {
 	enum pen_sched_event_type type;
-	uint64_t job;    /* JOB_*, MERGED */
+	uint64_t job;	 /* JOB_*, MERGED */
 	uint64_t worker; /* WORKER_*, PROGRESS, RESULT, FAILURE */
-	uint64_t lease;  /* PROGRESS, RESULT, FAILURE: one that is not live is ignored */
+	uint64_t lease;	 /* PROGRESS, RESULT, FAILURE: one that is not live is ignored */
 	union {
 		uint32_t priority;
 		uint64_t samples; /* PROGRESS: finished so far */
-		double seconds;   /* RESULT: of rendering */
-		uint32_t tile;    /* MERGED */
+		double seconds;	  /* RESULT: of rendering */
+		uint32_t tile;	  /* MERGED */
 		struct {
 			enum pen_sched_fault fault;
 			const char *reason; /* valid during the step */
@@ -71,9 +71,9 @@ struct pen_sched_event {
 enum pen_sched_action_type {
 	PEN_SCHED_LEASE,
 	PEN_SCHED_REVOKE,
-	PEN_SCHED_STARTED,  /* first lease: the job now belongs to class */
+	PEN_SCHED_STARTED,  /* first lease: the job now belongs to a class */
 	PEN_SCHED_RENDERED, /* every unit merged; the job has been dropped */
-	PEN_SCHED_FAILED,   /* for reason; dropped */
+	PEN_SCHED_FAILED,   /* for a reason; dropped */
 	PEN_SCHED_ABANDONED /* no worker of its class for a minute; dropped, to be added anew */
 };
 
@@ -82,8 +82,7 @@ struct pen_sched_action {
 	uint64_t job;
 	uint64_t worker, lease; /* LEASE, REVOKE */
 	uint32_t tile, round, epoch;
-	const char *equivalence_class; /* STARTED; valid until the next step */
-	struct pen_error reason;       /* FAILED */
+	const char *text; /* class of STARTED, reason of FAILED; valid until the next step */
 };
 
 struct pen_sched_actions {
@@ -98,7 +97,7 @@ struct pen_sched_job {
 	uint32_t priority;
 	bool paused;
 	const char *equivalence_class; /* NULL: not chosen yet */
-	const uint16_t *rounds;        /* merged already, one a tile; NULL: none */
+	const uint16_t *rounds;	       /* merged already, one a tile; NULL: none */
 };
 
 struct pen_sched_worker {
@@ -112,26 +111,28 @@ struct pen_sched_lease {
 	uint64_t id; /* never used twice; 0 = a free place */
 	uint64_t job;
 	uint32_t tile, round, epoch;
+	bool started;	  /* else it waits in the worker */
 	uint64_t samples; /* finished, as last heard */
-	int64_t granted_ms, started_ms, progress_ms; /* started: 0 while it waits in the worker */
+	int64_t granted_ms, started_ms, progress_ms;
+	double charge; /* virtual time its job was charged in advance */
 };
 
 int pen_sched_create(struct pen_sched **ret_sched, struct pen_error *err);
 void pen_sched_destroy(struct pen_sched *sched);
 
 /* Everything given is copied. The job gets its first leases in the next step. */
-int pen_sched_add_job(struct pen_sched *sched, const struct pen_sched_job *job,
-	struct pen_error *err);
-int pen_sched_add_worker(struct pen_sched *sched, const struct pen_sched_worker *worker,
-	struct pen_error *err);
+int pen_sched_add_job(
+	struct pen_sched *sched, const struct pen_sched_job *job, struct pen_error *err);
+int pen_sched_add_worker(
+	struct pen_sched *sched, const struct pen_sched_worker *worker, struct pen_error *err);
 
 /* Unknown jobs and workers in an event are ignored: they have just gone. */
-struct pen_sched_actions pen_sched_step(struct pen_sched *sched,
-	const struct pen_sched_event *event, int64_t now_ms);
+struct pen_sched_actions pen_sched_step(
+	struct pen_sched *sched, const struct pen_sched_event *event, int64_t now_ms);
 
 /* NULL when the worker holds no such lease; valid until the next step. */
-const struct pen_sched_lease *pen_sched_find_lease(const struct pen_sched *sched, uint64_t worker,
-	uint64_t lease);
+const struct pen_sched_lease *pen_sched_find_lease(
+	const struct pen_sched *sched, uint64_t worker, uint64_t lease);
 
 /* Units that could be leased now. */
 uint64_t pen_sched_waiting(const struct pen_sched *sched);

@@ -14,6 +14,9 @@
 
 /* What a scene may ask for */
 #define PEN_COORDINATE_MAX    1e15
+#define PEN_SCALE_MIN         1e-6 /* two scales cubed stay within float */
+#define PEN_SCALE_MAX         1e6
+#define PEN_TIME_MAX          1e6 /* seconds */
 #define PEN_IMAGE_SIDE_MAX    16384u
 #define PEN_IMAGE_PIXELS_MAX  134217728u
 #define PEN_SAMPLES_MAX       65536u
