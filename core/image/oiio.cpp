@@ -84,9 +84,12 @@ OIIO::ImageSpec image_spec(const struct pen_oiio_layout &layout)
 	/* A writer takes the settings of its own format and passes over the others. */
 	spec.attribute("png:compressionLevel", layout.final ? 6 : 1);
 	if (layout.linear)
-		spec.attribute("compression", layout.final ? "zip" : "zips");
+		spec.attribute("compression", "zip");
 	else
 		spec.attribute("Compression", layout.final ? "jpeg:95" : "jpeg:90");
+	spec.attribute("jpeg:subsampling", "4:4:4");
+	/* The EXR writer adds the time of day unless this is set, and drops what is no string. */
+	spec.attribute("DateTime", 0);
 	return spec;
 }
 
@@ -130,6 +133,7 @@ int pen_oiio_create(const struct pen_oiio_layout *layout, int fd,
 	return guarded(err, [&] {
 		auto output = std::make_unique<pen_oiio_output>(fd);
 
+		OIIO::attribute("debug", 0);
 		OIIO::attribute("threads", 1);
 		OIIO::attribute("exr_threads", -1);
 		output->writer = OIIO::ImageOutput::create(layout->format);

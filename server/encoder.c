@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * penumbra-encoder: turns framebuffers into image files for the coordinator, which starts it and
+ * talks to it as server/encoding.h says. It ends when the coordinator closes its end.
+ */
+#include "core/base/log.h"
+#include "core/base/sandbox.h"
+#include "core/base/tile.h"
+#include "core/image/codec.h"
+#include "server/encoding.h"
+#include "server/framebuf.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+/* The framebuffer file as rows of the image: one row of tiles is held at a time. */
+struct source {
+	int fd;
+	struct pen_tiling tiling;
+	uint32_t tile_row; /* which is held; tiling.rows: none yet */
+	float *tiles;	   /* its slots, as in the file */
+};
+
+static int read_fully(int fd, void *data, size_t size, off_t offset, struct pen_error *err)
+{
+	char *bytes = data;
+
+	while (size > 0) {
+		ssize_t n = pread(fd, bytes, size, offset);
+
+		if (n < 0 && errno == EINTR)
+			continue;
+		if (n < 0)
+			return pen_error_system(err, errno, "reading the framebuffer");
+		if (n == 0)
+			return pen_error_set(err, PEN_EIO, "the framebuffer file is too short");
+		bytes += n;
+		offset += n;
+		size -= (size_t)n;
+	}
+	return 0;
+}
+
+static int source_hold(struct source *source, uint32_t tile_row, struct pen_error *err)
+{
+	const struct pen_tiling *tiling = &source->tiling;
+	size_t bytes = tiling->columns * pen_framebuf_slot_bytes(tiling->tile_px);
+	int r;
+
+	/* The last row of tiles may be cut, its slots are whole all the same. */
+	r = read_fully(source->fd, source->tiles, bytes, (off_t)(tile_row * bytes), err);
+	if (r == 0)
+		source->tile_row = tile_row;
+	return r;
+}
+
+static void mean_of_sums(const float *sums, size_t count, float *ret_rgba)
+{
+	for (size_t i = 0; i < count; i++, sums += PEN_CHANNELS, ret_rgba += 4) {
+		bool rendered = sums[3] > 0.0f;
+
+		for (unsigned c = 0; c < 3; c++)
+			ret_rgba[c] = rendered ? sums[c] / sums[3] : 0.0f;
+		ret_rgba[3] = rendered ? 1.0f : 0.0f;
+	}
+}
+
+static int source_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
+{
+	struct source *source = user;
+	const struct pen_tiling *tiling = &source->tiling;
+	uint32_t tile_row = y / tiling->tile_px - tiling->crop.y0 / tiling->tile_px;
+	size_t slot_floats = pen_framebuf_slot_bytes(tiling->tile_px) / sizeof(float);
+
+	if (tile_row != source->tile_row) {
+		int r = source_hold(source, tile_row, err);
+
+		if (r < 0)
+			return r;
+	}
+	for (uint32_t column = 0; column < tiling->columns; column++) {
+		struct pen_rect rect = pen_tiling_rect(tiling, tile_row * tiling->columns + column);
+		size_t width = pen_rect_width(rect);
+		const float *sums =
+			source->tiles + column * slot_floats + (y - rect.y0) * width * PEN_CHANNELS;
+
+		mean_of_sums(sums, width, ret_rgba);
+		ret_rgba += width * 4;
+	}
+	return 0;
+}
+
+static bool request_valid(const struct pen_encoding_request *request)
+{
+	struct pen_rect whole = {.x1 = request->width, .y1 = request->height};
+
+	return request->format < PEN_IMAGE_FORMATS && request->width <= PEN_IMAGE_SIDE_MAX &&
+	       request->height <= PEN_IMAGE_SIDE_MAX && pen_rect_valid(request->crop) &&
+	       pen_rect_contains(whole, request->crop) && request->tile_px > 0 &&
+	       request->tile_px % 16 == 0 && request->tile_px <= PEN_TILE_SIDE_MAX &&
+	       isfinite(request->exposure);
+}
+
+static int encode(const struct pen_encoding_request *request, int framebuffer_fd, int file_fd,
+	uint64_t *ret_size, struct pen_error *err)
+{
+	struct source source = {.fd = framebuffer_fd};
+	struct pen_image_spec spec = {
+		.format = (enum pen_image_format)request->format,
+		.width = request->width,
+		.height = request->height,
+		.window = request->crop,
+		.final = request->final != 0,
+		.exposure = request->exposure,
+	};
+	int r;
+
+	if (!request_valid(request))
+		return pen_error_set(err, PEN_EPROTOCOL, "the encoding request is not valid");
+	pen_tiling_init(&source.tiling, request->crop, request->tile_px);
+	source.tile_row = source.tiling.rows;
+	source.tiles = calloc(source.tiling.columns, pen_framebuf_slot_bytes(request->tile_px));
+	if (!source.tiles)
+		return pen_error_memory(err);
+	r = pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);
+	free(source.tiles);
+	return r;
+}
+
+/* 1 with a request, 0 when the coordinator has gone. */
+static int receive(
+	struct pen_encoding_request *ret_request, int ret_fds[static 2], struct pen_error *err)
+{
+	union {
+		struct cmsghdr header;
+		char space[CMSG_SPACE(2 * sizeof(int))];
+	} control;
+	struct iovec data = {.iov_base = ret_request, .iov_len = sizeof *ret_request};
+	struct msghdr message = {
+		.msg_iov = &data,
+		.msg_iovlen = 1,
+		.msg_control = control.space,
+		.msg_controllen = sizeof control.space,
+	};
+	const struct cmsghdr *header;
+	ssize_t n;
+
+	do
+		n = recvmsg(PEN_ENCODER_SOCKET, &message, MSG_CMSG_CLOEXEC);
+	while (n < 0 && errno == EINTR);
+	if (n == 0)
+		return 0;
+	if (n < 0)
+		return pen_error_system(err, errno, "receiving a request");
+	header = CMSG_FIRSTHDR(&message);
+	if (n != (ssize_t)sizeof *ret_request || !header || header->cmsg_level != SOL_SOCKET ||
+		header->cmsg_type != SCM_RIGHTS || header->cmsg_len != CMSG_LEN(2 * sizeof(int)))
+		return pen_error_set(err, PEN_EPROTOCOL, "a request without its descriptors");
+	memcpy(ret_fds, CMSG_DATA(header), 2 * sizeof(int));
+	return 1;
+}
+
+static int serve(struct pen_error *err)
+{
+	struct pen_encoding_request request;
+	int fds[2];
+	int r;
+
+	while ((r = receive(&request, fds, err)) > 0) {
+		struct pen_encoding_reply reply = {.size = 0};
+		struct pen_error why = PEN_ERROR_INIT;
+
+		reply.code = encode(&request, fds[0], fds[1], &reply.size, &why);
+		(void)snprintf(reply.text, sizeof reply.text, "%.*s", (int)sizeof reply.text - 1,
+			why.text);
+		(void)close(fds[0]);
+		(void)close(fds[1]);
+		if (write(PEN_ENCODER_SOCKET, &reply, sizeof reply) != (ssize_t)sizeof reply)
+			return pen_error_system(err, errno, "sending a reply");
+	}
+	return r;
+}
+
+static int black_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
+{
+	(void)user, (void)y, (void)err;
+	memset(ret_rgba, 0, 4 * sizeof(float));
+	return 0;
+}
+
+/* Has the libraries load and set up what they do at first use, which the sandbox would refuse. */
+static int warm_up(struct pen_error *err)
+{
+	struct pen_image_spec spec = {.width = 1, .height = 1, .window = {.x1 = 1, .y1 = 1}};
+	uint64_t size;
+	int r = 0;
+
+	for (unsigned i = 0; r == 0 && i < PEN_IMAGE_FORMATS; i++) {
+		int fd = memfd_create("penumbra-encoder", MFD_CLOEXEC);
+
+		if (fd < 0)
+			return pen_error_system(err, errno, "memfd_create");
+		spec.format = (enum pen_image_format)i;
+		r = pen_image_encode(&spec, black_row, NULL, fd, &size, err);
+		(void)close(fd);
+	}
+	return r;
+}
+
+int main(int argc, char **argv)
+{
+	static const struct pen_sandbox_limits limits = {.memory_bytes = 8ul << 30};
+	enum pen_sandbox_mode mode = PEN_SANDBOX_BEST_EFFORT;
+	struct pen_error err = PEN_ERROR_INIT;
+	int r = 0;
+
+	pen_log_open("penumbra-encoder", PEN_LOG_INFO);
+	if (argc == 3 && strcmp(argv[1], "--sandbox") == 0)
+		r = pen_sandbox_mode_parse(argv[2], &mode, &err);
+	else if (argc != 1)
+		r = pen_error_set(&err, PEN_EINVALID,
+			"usage: penumbra-encoder [--sandbox require|best-effort|off]");
+	if (r == 0)
+		r = pen_process_bind(getppid(), SIGKILL, &err);
+	if (r == 0)
+		r = warm_up(&err);
+	if (r == 0)
+		r = pen_sandbox_enter(PEN_SANDBOX_ENCODER, mode, &limits, &err);
+	if (r == 0)
+		r = serve(&err);
+	if (r < 0)
+		pen_log(PEN_LOG_ERROR, "%s", err.text);
+	return r < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+}
