@@ -67,4 +67,8 @@
 #define PEN_LIST_PAGE_MAX        500u
 #define PEN_ENCODINGS_WAITING_MAX 64u
 
+/* What the command-line client takes from a server */
+#define PEN_ANSWER_BYTES_MAX (16u << 20)
+#define PEN_URL_BYTES_MAX    4096u
+
 #endif

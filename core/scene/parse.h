@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/scene/desc.h"
+#include "core/scene/json.h"
 
 #include <jansson.h>
 #include <stddef.h>
@@ -23,13 +24,6 @@ struct pen_scene_errors {
 	struct pen_scene_error items[PEN_SCENE_ERRORS_MAX];
 	size_t count;
 };
-
-/*
- * JSON text to a tree: UTF-8, at most PEN_SCENE_BYTES_MAX bytes, PEN_SCENE_DEPTH_MAX levels and
- * PEN_SCENE_NODES_MAX values, all checked by a scan before a tree is built; duplicate keys and
- * numbers beyond double are refused. On failure err holds line, column and byte offset.
- */
-int pen_json_parse(const char *text, size_t size, json_t **ret_tree, struct pen_error *err);
 
 /*
  * Reads a scene tree. Fills the tree's absent members with their defaults, so that

@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/scene/check.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Below this a sine or cosine is taken for zero: directions in a line, edges at a right angle. */
+#define ANGLE_EPSILON 1e-6
+
+static double dot(const double *a, const double *b)
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static double length(const double *a)
+{
+	return sqrt(dot(a, a));
+}
+
+static void subtract(const double *a, const double *b, double *ret_difference)
+{
+	for (size_t i = 0; i < 3; i++)
+		ret_difference[i] = a[i] - b[i];
+}
+
+static void cross(const double *a, const double *b, double *ret_product)
+{
+	for (size_t i = 0; i < 3; i++) {
+		size_t j = (i + 1) % 3, k = (i + 2) % 3;
+
+		ret_product[i] = a[j] * b[k] - a[k] * b[j];
+	}
+}
+
+/* Whether two vectors lie in one line, or one of them is zero. */
+static bool collinear(const double *a, const double *b)
+{
+	double product[3];
+
+	cross(a, b, product);
+	return length(product) <= ANGLE_EPSILON * length(a) * length(b);
+}
+
+static bool normalise(double *vector)
+{
+	double size = length(vector);
+
+	for (size_t i = 0; size > 0 && i < 3; i++)
+		vector[i] /= size;
+	return size > 0;
+}
+
+static void refuse_member(struct pen_reader *reader, const struct pen_place *at, json_t *object,
+	const char *key, const char *detail)
+{
+	struct pen_place member = pen_place_member(at, object, key);
+
+	pen_reader_refuse(reader, &member, "%s", detail);
+}
+
+void pen_check_image(
+	struct pen_reader *reader, const struct pen_place *at, json_t *image, void *desc)
+{
+	struct pen_image_desc *d = desc;
+	struct pen_rect full = {0, 0, d->width, d->height};
+
+	if (pen_rect_area(full) > PEN_IMAGE_PIXELS_MAX) {
+		pen_reader_refuse(
+			reader, at, "must not have more than %u pixels", PEN_IMAGE_PIXELS_MAX);
+		return;
+	}
+	if (!json_object_get(image, "crop")) {
+		d->crop = full;
+		pen_reader_fill(reader, image, "crop",
+			json_pack("[i, i, i, i]", 0, 0, (int)d->width, (int)d->height));
+	}
+	if (!pen_rect_valid(d->crop) || !pen_rect_contains(full, d->crop))
+		refuse_member(reader, at, image, "crop",
+			"must be left, top, right, bottom of a rectangle within the image, not "
+			"empty");
+}
+
+void pen_check_shutter(
+	struct pen_reader *reader, const struct pen_place *at, json_t *shutter, void *camera_desc)
+{
+	const struct pen_camera_desc *d = camera_desc;
+
+	if (d->shutter_close < d->shutter_open)
+		refuse_member(reader, at, shutter, "close", "must not be before open");
+}
+
+/* Whether a camera can look from position to look_at with up upwards; at is where they stand. */
+static void check_view(struct pen_reader *reader, const struct pen_place *at, json_t *view,
+	const double *position, const double *look_at, const double *up)
+{
+	double direction[3];
+
+	subtract(look_at, position, direction);
+	if (length(direction) <= 1e-12 * (length(position) + length(look_at)))
+		refuse_member(reader, at, view, "look_at", "must differ from position");
+	else if (collinear(direction, up))
+		refuse_member(
+			reader, at, view, "up", "must not be zero or along the view direction");
+}
+
+/* Right, up and back of a camera at a good view, as rows. */
+static void camera_frame(const struct pen_camera_key *key, double ret_frame[3][3])
+{
+	subtract(key->position, key->look_at, ret_frame[2]);
+	(void)normalise(ret_frame[2]);
+	cross(key->up, ret_frame[2], ret_frame[0]);
+	(void)normalise(ret_frame[0]);
+	cross(ret_frame[2], ret_frame[0], ret_frame[1]);
+}
+
+/* Two orientations half a turn apart: the trace of the rotation between them is -1. */
+static bool opposite_views(const struct pen_camera_key *a, const struct pen_camera_key *b)
+{
+	double from[3][3], to[3][3], trace = 0;
+
+	camera_frame(a, from);
+	camera_frame(b, to);
+	for (size_t i = 0; i < 3; i++)
+		trace += dot(from[i], to[i]);
+	return trace + 1 < 4 * ANGLE_EPSILON * ANGLE_EPSILON;
+}
+
+/* A key takes what it leaves out from the camera. */
+static void inherit(struct pen_reader *reader, json_t *camera, json_t *key, const char *name,
+	const double *from, double *to)
+{
+	if (json_object_get(key, name))
+		return;
+	memcpy(to, from, 3 * sizeof *to);
+	pen_reader_fill(reader, key, name, json_incref(json_object_get(camera, name)));
+}
+
+static void check_camera_keys(struct pen_reader *reader, const struct pen_place *at, json_t *camera,
+	struct pen_camera_desc *d)
+{
+	struct pen_place place = pen_place_member(at, camera, "keyframes");
+	json_t *list = json_object_get(camera, "keyframes");
+	size_t found = reader->found;
+
+	for (uint32_t i = 0; i < d->key_count; i++) {
+		struct pen_place element = pen_place_element(&place, i);
+		json_t *key = json_array_get(list, i);
+		struct pen_camera_key *k = &d->keys[i];
+
+		inherit(reader, camera, key, "position", d->position, k->position);
+		inherit(reader, camera, key, "look_at", d->look_at, k->look_at);
+		inherit(reader, camera, key, "up", d->up, k->up);
+		check_view(reader, &element, key, k->position, k->look_at, k->up);
+	}
+	pen_check_times(reader, &place, list, d->keys, sizeof *d->keys);
+	for (uint32_t i = 1; reader->found == found && i < d->key_count; i++) {
+		struct pen_place element = pen_place_element(&place, i);
+
+		if (opposite_views(&d->keys[i - 1], &d->keys[i]))
+			pen_reader_refuse(reader, &element,
+				"must not turn the view by 180 degrees from the key before: "
+				"put a key between");
+	}
+}
+
+void pen_check_camera(
+	struct pen_reader *reader, const struct pen_place *at, json_t *camera, void *desc)
+{
+	struct pen_camera_desc *d = desc;
+	double view[3];
+
+	if (d->blades == 1 || d->blades == 2)
+		refuse_member(reader, at, camera, "blades", "must be 0, or 3 and more");
+	if (!json_object_get(camera, "focus_distance")) {
+		subtract(d->look_at, d->position, view);
+		d->focus_distance = fmin(length(view), PEN_COORDINATE_MAX);
+		pen_reader_fill(reader, camera, "focus_distance", json_real(d->focus_distance));
+	}
+	check_view(reader, at, camera, d->position, d->look_at, d->up);
+	check_camera_keys(reader, at, camera, d);
+}
+
+void pen_check_pose(struct pen_reader *reader, const struct pen_place *at, json_t *pose, void *desc)
+{
+	struct pen_pose *d = desc;
+	double size = 0;
+	bool singular = false;
+
+	for (size_t i = 0; i < 4; i++)
+		size += d->rotate[i] * d->rotate[i];
+	if (size > 0)
+		for (size_t i = 0; i < 4; i++)
+			d->rotate[i] /= sqrt(size);
+	else
+		refuse_member(reader, at, pose, "rotate", "must not be zero");
+	for (size_t i = 0; i < 3; i++)
+		singular |= fabs(d->scale[i]) < PEN_SCALE_MIN;
+	if (singular)
+		refuse_member(reader, at, pose, "scale",
+			"must not be smaller than 1e-6 in any direction");
+}
+
+void pen_check_pose_key(
+	struct pen_reader *reader, const struct pen_place *at, json_t *key, void *desc)
+{
+	struct pen_pose_key *d = desc;
+
+	pen_check_pose(reader, at, key, &d->pose);
+}
+
+static bool opposite_rotations(const struct pen_pose *a, const struct pen_pose *b)
+{
+	double cosine = dot(a->rotate, b->rotate) + a->rotate[3] * b->rotate[3];
+
+	return fabs(cosine) < ANGLE_EPSILON;
+}
+
+/* Scales of unlike sign are singular somewhere between. */
+static bool opposite_scales(const struct pen_pose *a, const struct pen_pose *b)
+{
+	return a->scale[0] * b->scale[0] < 0 || a->scale[1] * b->scale[1] < 0 ||
+	       a->scale[2] * b->scale[2] < 0;
+}
+
+void pen_check_object(
+	struct pen_reader *reader, const struct pen_place *at, json_t *object, void *desc)
+{
+	const struct pen_object_desc *d = desc;
+	struct pen_place place = pen_place_member(at, object, "keyframes");
+	json_t *list = json_object_get(object, "keyframes");
+
+	pen_check_times(reader, &place, list, d->keys, sizeof *d->keys);
+	for (uint32_t i = 1; i < d->key_count; i++) {
+		struct pen_place element = pen_place_element(&place, i);
+		json_t *key = json_array_get(list, i);
+
+		if (opposite_rotations(&d->keys[i - 1].pose, &d->keys[i].pose))
+			refuse_member(reader, &element, key, "rotate",
+				"must not be 180 degrees from the key before: put a key between");
+		if (opposite_scales(&d->keys[i - 1].pose, &d->keys[i].pose))
+			refuse_member(reader, &element, key, "scale",
+				"must not change its sign from the key before");
+	}
+}
+
+void pen_check_times(struct pen_reader *reader, const struct pen_place *at, json_t *list,
+	const void *keys, size_t size)
+{
+	const char *key = keys;
+	double before, time;
+
+	for (size_t i = 1; i < json_array_size(list); i++) {
+		struct pen_place element = pen_place_element(at, i);
+
+		memcpy(&before, key + (i - 1) * size, sizeof before);
+		memcpy(&time, key + i * size, sizeof time);
+		if (time <= before)
+			refuse_member(reader, &element, json_array_get(list, i), "time",
+				"must be later than that of the key before");
+	}
+}
+
+void pen_check_rectangle(
+	struct pen_reader *reader, const struct pen_place *at, json_t *light, void *desc)
+{
+	const struct pen_light_desc *d = desc;
+	const double *u = d->u.rectangle.edge_u, *v = d->u.rectangle.edge_v;
+
+	if (length(u) == 0)
+		refuse_member(reader, at, light, "edge_u", "must not be zero");
+	if (length(v) == 0)
+		refuse_member(reader, at, light, "edge_v", "must not be zero");
+	if (fabs(dot(u, v)) > ANGLE_EPSILON * length(u) * length(v))
+		refuse_member(reader, at, light, "edge_v",
+			"must be perpendicular to edge_u: use two triangle lights instead");
+}
+
+void pen_check_triangle(
+	struct pen_reader *reader, const struct pen_place *at, json_t *light, void *desc)
+{
+	const struct pen_light_desc *d = desc;
+	double a[3], b[3];
+
+	subtract(d->u.triangle.vertices[1], d->u.triangle.vertices[0], a);
+	subtract(d->u.triangle.vertices[2], d->u.triangle.vertices[0], b);
+	if (collinear(a, b))
+		refuse_member(reader, at, light, "vertices", "must not lie in one line");
+}
+
+void pen_check_disk(
+	struct pen_reader *reader, const struct pen_place *at, json_t *light, void *desc)
+{
+	struct pen_light_desc *d = desc;
+
+	if (!normalise(d->u.disk.normal))
+		refuse_member(reader, at, light, "normal", "must not be zero");
+}
+
+void pen_check_spot(
+	struct pen_reader *reader, const struct pen_place *at, json_t *light, void *desc)
+{
+	struct pen_light_desc *d = desc;
+
+	if (!normalise(d->u.spot.direction))
+		refuse_member(reader, at, light, "direction", "must not be zero");
+}
+
+void pen_check_directional(
+	struct pen_reader *reader, const struct pen_place *at, json_t *light, void *desc)
+{
+	struct pen_light_desc *d = desc;
+
+	if (!normalise(d->u.directional.direction))
+		refuse_member(reader, at, light, "direction", "must not be zero");
+}
+
+void pen_check_scene(struct pen_reader *reader, const struct pen_place *at, json_t *tree)
+{
+	const struct pen_scene *scene = reader->scene;
+	struct pen_rect full = {0, 0, scene->image.width, scene->image.height};
+	struct pen_place sampling = pen_place_member(at, tree, "sampling");
+
+	/* Neither factor is above 2^28 and 2^16: the product fits. */
+	if (pen_rect_area(full) * scene->sampling.samples > PEN_JOB_SAMPLES_MAX)
+		refuse_member(reader, &sampling, json_object_get(tree, "sampling"), "samples",
+			"must be less: the pixels times the samples must not pass 2^40");
+	if (reader->values > PEN_SCENE_NODES_MAX)
+		pen_reader_refuse(reader, at, "has more than %u values with its defaults filled in",
+			PEN_SCENE_NODES_MAX);
+}
