@@ -6,7 +6,7 @@ over half vectors h (Walter, Marschner, Li, Torrance 2007, equations 20, 21 and 
 
     integral D(h) G2(i, o) |i.h| / |i.n| dh
 
-for reflection, times F or 1 - F for a dielectric. With tan^2(theta) = a^2 u / (1 - u) the measure
+for reflection, times F or 1 - F for a dielectric; G2 is the separable form, as in Cycles 3.4. With tan^2(theta) = a^2 u / (1 - u) the measure
 D(h) (h.n) dh is du dphi / (2 pi). u = 1 - t^2 takes away the pole 1 / (h.n) at u = 1, so that a
 midpoint rule over t and phi is all that is needed; by symmetry half of all phi are enough.
 """
@@ -30,14 +30,9 @@ def _lambda(z, alpha):
     return (np.sqrt(1 + alpha ** 2 * tangent2) - 1) / 2
 
 
-def _masking(i, o, alpha, form):
-    """G2 of two directions, on either side of the surface."""
-    view, light = _lambda(abs(i[2]), alpha), _lambda(np.abs(o[2]), alpha)
-    if form == "separable":
-        return 1 / ((1 + view) * (1 + light))
-    if form == "height-correlated":
-        return 1 / (1 + view + light)
-    raise ValueError(form)
+def _masking(i, o, alpha):
+    """G2, separable: G1 of both directions, on either side of the surface."""
+    return 1 / ((1 + _lambda(abs(i[2]), alpha)) * (1 + _lambda(np.abs(o[2]), alpha)))
 
 
 def fresnel(cosine, eta):
@@ -62,22 +57,22 @@ def _reflected(i, h):
     return 2 * np.tensordot(i, h, axes=1) * h - i[:, None, None]
 
 
-def glossy(alpha, angle, form, steps=400):
+def glossy(alpha, angle, steps=400):
     """Albedo of a reflector without Fresnel, seen at an angle in degrees from the normal."""
     i, (h, measure) = _view(angle), _half_vectors(alpha, steps)
     o = _reflected(i, h)
-    weight = np.where(o[2] > 0, _masking(i, o, alpha, form), 0)
+    weight = np.where(o[2] > 0, _masking(i, o, alpha), 0)
     return _integrate(weight, i, h, measure)
 
 
-def glass(alpha, angle, eta, form, steps=400):
+def glass(alpha, angle, eta, steps=400):
     """Reflection and transmission together of one rough interface."""
     i, (h, measure) = _view(angle), _half_vectors(alpha, steps)
     cosine = np.maximum(np.tensordot(i, h, axes=1), 1e-9)
     share = fresnel(cosine, eta)
     up = _reflected(i, h)
-    reflection = np.where(up[2] > 0, share * _masking(i, up, alpha, form), 0)
+    reflection = np.where(up[2] > 0, share * _masking(i, up, alpha), 0)
     inside = np.sqrt(np.maximum(1 - (1 - cosine ** 2) / eta ** 2, 0))
     down = (cosine / eta - inside) * h - i[:, None, None] / eta
-    transmission = np.where(down[2] < 0, (1 - share) * _masking(i, down, alpha, form), 0)
+    transmission = np.where(down[2] < 0, (1 - share) * _masking(i, down, alpha), 0)
     return _integrate(reflection + transmission, i, h, measure)
