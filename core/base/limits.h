@@ -5,67 +5,78 @@
 /* Every bound on what comes from outside. Each has a test at N-1, N and N+1. */
 
 /* Scene text */
-#define PEN_SCENE_BYTES_MAX   (8u << 20)
-#define PEN_SCENE_DEPTH_MAX   32u
-#define PEN_SCENE_NODES_MAX   1000000u
-#define PEN_SCENE_STRING_MAX  4096u
-#define PEN_SCENE_ERRORS_MAX  64u /* reported in one answer */
-#define PEN_SCENE_MEMORY_MAX  (512ul << 20)
+#define PEN_SCENE_BYTES_MAX  (8u << 20)
+#define PEN_SCENE_DEPTH_MAX  32u
+#define PEN_SCENE_NODES_MAX  1000000u
+#define PEN_SCENE_STRING_MAX 4096u
+#define PEN_SCENE_ERRORS_MAX 64u /* reported in one answer */
+#define PEN_SCENE_MEMORY_MAX (512ul << 20)
 
 /* What a scene may ask for */
-#define PEN_COORDINATE_MAX    1e15
-#define PEN_SCALE_MIN         1e-6 /* two scales cubed stay within float */
-#define PEN_SCALE_MAX         1e6
-#define PEN_TIME_MAX          1e6 /* seconds */
-#define PEN_IMAGE_SIDE_MAX    16384u
-#define PEN_IMAGE_PIXELS_MAX  134217728u
-#define PEN_SAMPLES_MAX       65536u
-#define PEN_JOB_SAMPLES_MAX   (1ull << 40)
-#define PEN_DEPTH_MAX         64u
-#define PEN_WHITTED_DEPTH_MAX 12u
-#define PEN_LIGHTS_MAX        65536u
-#define PEN_KEYFRAMES_MAX     4096u
-#define PEN_BLADES_MAX        32u
-#define PEN_FILTER_WIDTH_MAX  32.0
+#define PEN_COORDINATE_MAX     1e15
+#define PEN_SCALE_MIN	       1e-6 /* two scales cubed stay within float */
+#define PEN_SCALE_MAX	       1e6
+#define PEN_TIME_MAX	       1e6 /* seconds */
+#define PEN_IMAGE_SIDE_MAX     16384u
+#define PEN_IMAGE_PIXELS_MAX   134217728u
+#define PEN_SAMPLES_MAX	       65536u
+#define PEN_JOB_SAMPLES_MAX    (1ull << 40)
+#define PEN_DEPTH_MAX	       64u
+#define PEN_WHITTED_DEPTH_MAX  12u
+#define PEN_LIGHTS_MAX	       65536u
+#define PEN_KEYFRAMES_MAX      4096u
+#define PEN_BLADES_MAX	       32u
+#define PEN_FILTER_WIDTH_MAX   32.0
+#define PEN_GEOMETRY_BYTES_MAX (4ul << 30) /* of one kind: vertices, indices, … */
 
 /* Tiles and rounds */
 #define PEN_TILE_SIDE_MAX     256u
 #define PEN_ROUND_SAMPLES_MAX 256u
-#define PEN_CHANNELS          4u /* sums of R, G and B, and the sample count */
+#define PEN_CHANNELS	      4u /* sums of R, G and B, and the sample count */
 #define PEN_TILE_BYTES_MAX    (PEN_TILE_SIDE_MAX * PEN_TILE_SIDE_MAX * PEN_CHANNELS * 4u)
 
 /* Wire */
 #define PEN_FRAME_CONTROL_MAX (64u << 10)
 #define PEN_FRAME_PAYLOAD_MAX ((4u << 20) + 4096u)
-#define PEN_FRAME_UNKNOWN_MAX 16u /* fields of a later protocol in one message */
-#define PEN_REASON_MAX        1024u /* bytes of a sentence for people */
-#define PEN_WORKERS_MAX       256u
+#define PEN_FRAME_UNKNOWN_MAX 16u   /* fields of a later protocol in one message */
+#define PEN_REASON_MAX	      1024u /* bytes of a sentence for people */
+#define PEN_WORKERS_MAX	      256u
 #define PEN_PROCESSES_MAX     256u /* render processes of one worker */
-#define PEN_LEASES_MAX        (2u * PEN_PROCESSES_MAX)
+#define PEN_LEASES_MAX	      (2u * PEN_PROCESSES_MAX)
 #define PEN_HEARTBEAT_MS      2000
-#define PEN_DEAD_MS           10000
-#define PEN_HELLO_MS          5000
-#define PEN_LEASE_MS          10000
+#define PEN_DEAD_MS	      10000
+#define PEN_HELLO_MS	      5000
+#define PEN_LEASE_MS	      10000
 #define PEN_LEASE_HARD_MS     600000
 #define PEN_CLASS_BYTES_MAX   95u /* of an equivalence class's text */
 #define PEN_CLASS_ABSENT_MS   60000
-#define PEN_BLAME_MAX         3u
-#define PEN_KILLS_MAX         20u
+#define PEN_BLAME_MAX	      3u
+#define PEN_KILLS_MAX	      20u
 #define PEN_SCENES_CACHED_MAX 8u
 
 /* Coordinator */
-#define PEN_MERGING_MAX       256u  /* results on their way into framebuffers */
-#define PEN_STORE_QUEUE_MAX   4096u /* requests that wait for the disk */
-#define PEN_TILES_COMMIT_MAX  64u   /* tile rows committed together */
+#define PEN_MERGING_MAX	     256u  /* results on their way into framebuffers */
+#define PEN_STORE_QUEUE_MAX  4096u /* requests that wait for the disk */
+#define PEN_TILES_COMMIT_MAX 64u   /* tile rows committed together */
 
 /* HTTP */
-#define PEN_HTTP_BODY_MAX        (PEN_SCENE_BYTES_MAX + (64u << 10))
+#define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))
 #define PEN_HTTP_CONNECTIONS_MAX 4096u
-#define PEN_HTTP_MEMORY          (32u << 10) /* of one connection: request line and headers */
-#define PEN_JOBS_QUEUED_MAX      1000u
-#define PEN_NAME_MAX             256u
-#define PEN_LIST_PAGE_MAX        500u
+#define PEN_HTTP_MEMORY		 (32u << 10) /* of one connection: request line and headers */
+#define PEN_JOBS_QUEUED_MAX	 1000u
+#define PEN_NAME_MAX		 256u
+#define PEN_LIST_PAGE_MAX	 500u
+#define PEN_HTTP_BODIES_MAX	 (256u << 20) /* of all connections together */
+#define PEN_HTTP_IDLE_S		 15u
+#define PEN_HTTP_DRAIN_MAX	 (1ull << 30) /* bytes read past an early answer */
+#define PEN_HTTP_DRAIN_MS	 30000
+#define PEN_EXPOSURE_MAX	 64.0
+
+/* Encoded images */
 #define PEN_ENCODINGS_WAITING_MAX 64u
+#define PEN_ENCODING_MS		  60000
+#define PEN_CACHE_FILES		  64u
+#define PEN_CACHE_BYTES		  (1ull << 30)
 
 /* What the command-line client takes from a server */
 #define PEN_ANSWER_BYTES_MAX (16u << 20)

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_CLI_CLIENT_H
+#define PEN_SERVER_CLI_CLIENT_H
+
+#include "core/base/error.h"
+
+#include <jansson.h>
+#include <stddef.h>
+
+/*
+ * HTTP with one server over one kept connection. Every call ends early, with PEN_ECLOSED, after
+ * an interrupt (interrupt.h). Failures: PEN_ECLOSED when the server cannot be reached or stops
+ * answering; for its refusals the text is the answer's detail and the code PEN_EINVALID (400, 422),
+ * PEN_ENOTFOUND (404, 410), PEN_ECONFLICT (409), PEN_ELIMIT (413), PEN_EAGAIN (429, 503) or
+ * PEN_EIO; PEN_EPROTOCOL when the answer is no answer.
+ */
+struct pen_client;
+
+/* url: "http://HOST:PORT", as the user typed it. */
+int pen_client_create(const char *url, struct pen_client **ret_client, struct pen_error *err);
+void pen_client_destroy(struct pen_client *client);
+
+/*
+ * One request whose answer is JSON. body may be NULL; path begins with '/'. The answer stays the
+ * client's: pen_client_answer has it until the next call.
+ */
+int pen_client_call(struct pen_client *client, const char *method, const char *path,
+	const char *body, size_t size, struct pen_error *err);
+
+/* Gets path and writes the bytes to fd from its beginning on. */
+int pen_client_download(struct pen_client *client, const char *path, int fd, struct pen_error *err);
+
+/* The last answer's JSON, also of a refusal; NULL without one. Borrowed. */
+json_t *pen_client_answer(const struct pen_client *client);
+
+#endif

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/cli/output.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+const char *pen_output_format(const char *path)
+{
+	static const char *const formats[] = {"png", "exr", "jpg", "hdr"};
+	const char *extension = strrchr(path, '.');
+
+	for (size_t i = 0; extension && i < sizeof formats / sizeof *formats; i++)
+		if (strcasecmp(extension + 1, formats[i]) == 0)
+			return formats[i];
+	return NULL;
+}
+
+/* The mode that a plain open() would have given: mkostemp asks for 0600. */
+static mode_t usual_mode(void)
+{
+	mode_t mask = umask(0);
+
+	(void)umask(mask);
+	return 0666 & ~mask;
+}
+
+int pen_output_open(struct pen_output *output, const char *path, struct pen_error *err)
+{
+	*output = (struct pen_output){.path = path, .format = pen_output_format(path), .fd = -1};
+	assert(output->format);
+	if (asprintf(&output->temporary, "%s.XXXXXX", path) < 0) {
+		output->temporary = NULL;
+		return pen_error_memory(err);
+	}
+	output->fd = mkostemp(output->temporary, O_CLOEXEC);
+	if (output->fd < 0) {
+		free(output->temporary);
+		output->temporary = NULL;
+		return pen_error_system(err, errno, "create %s", path);
+	}
+	(void)fchmod(output->fd, usual_mode());
+	return 0;
+}
+
+int pen_output_commit(struct pen_output *output, struct pen_error *err)
+{
+	int fd = output->fd;
+
+	output->fd = -1;
+	if (close(fd) < 0)
+		return pen_error_system(err, errno, "write %s", output->path);
+	if (rename(output->temporary, output->path) < 0)
+		return pen_error_system(err, errno, "rename to %s", output->path);
+	free(output->temporary);
+	output->temporary = NULL;
+	return 0;
+}
+
+void pen_output_finish(struct pen_output *output)
+{
+	if (output->fd >= 0)
+		close(output->fd);
+	if (output->temporary)
+		(void)unlink(output->temporary);
+	free(output->temporary);
+	*output = (struct pen_output){.fd = -1};
+}

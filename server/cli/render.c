@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/cli/cli.h"
+#include "server/cli/interrupt.h"
+#include "server/cli/options.h"
+#include "server/cli/output.h"
+#include "server/cli/print.h"
+#include "server/cli/private_farm.h"
+#include "server/cli/renders.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { INTERVAL_MS = 20, URL_SIZE = 32 };
+
+static const char help[] =
+	"usage: penumbra render [OPTION…] SCENE.json -o FILE [-o FILE…]\n"
+	"\n"
+	"Renders the scene (\"-\": standard input) on this machine, with a coordinator and workers "
+	"of\n"
+	"its own, and writes the image. The extension decides the format: .png .exr .jpg .hdr.\n"
+	"\n"
+	"  -o, --output FILE    where to; may be given up to 8 times\n"
+	"  --samples N          samples per pixel, instead of the scene's\n"
+	"  --size WxH           image size in pixels, instead of the scene's\n"
+	"  --crop L,T,R,B       render these pixels only (right and bottom excluded)\n"
+	"  --seed N             seed of the samples, instead of the scene's\n"
+	"  --processes N        render processes; default: one per core\n"
+	"  --isa NAME           instruction set: v2, v3 or v4; default: the best there is\n"
+	"  --quiet              no progress\n"
+	"  --json               print the finished render as JSON\n"
+	"\n"
+	"Exit codes: 0 done, 1 failed, 2 wrong usage, 4 scene refused, 130 interrupted.\n";
+
+static const struct option options_table[] = {
+	{"output", required_argument, NULL, PEN_OPTION_OUTPUT},
+	{"samples", required_argument, NULL, PEN_OPTION_SAMPLES},
+	{"size", required_argument, NULL, PEN_OPTION_SIZE},
+	{"crop", required_argument, NULL, PEN_OPTION_CROP},
+	{"seed", required_argument, NULL, PEN_OPTION_SEED},
+	{"processes", required_argument, NULL, PEN_OPTION_PROCESSES},
+	{"isa", required_argument, NULL, PEN_OPTION_ISA},
+	{"quiet", no_argument, NULL, PEN_OPTION_QUIET},
+	{"json", no_argument, NULL, PEN_OPTION_JSON},
+	{"help", no_argument, NULL, PEN_OPTION_HELP},
+	{0},
+};
+
+static const struct pen_usage usage = {
+	.command = "render",
+	.help = help,
+	.letters = ":ho:",
+	.options = options_table,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "SCENE.json",
+};
+
+/* All that a run holds; outputs up to output_count are open. */
+struct run {
+	const struct pen_options *options;
+	struct pen_output outputs[PEN_OUTPUTS_MAX];
+	size_t output_count;
+	struct pen_private_farm farm;
+	struct pen_client *client;
+	struct pen_resource resource;
+	json_t *finished; /* the render in the end, as the server tells it */
+	struct pen_error err;
+};
+
+static int outputs_open(struct run *run)
+{
+	for (; run->output_count < run->options->output_count; run->output_count++) {
+		const char *path = run->options->outputs[run->output_count];
+		int r = pen_output_open(&run->outputs[run->output_count], path, &run->err);
+
+		if (r < 0)
+			return r;
+	}
+	return 0;
+}
+
+static int farm_open(struct run *run)
+{
+	const struct pen_private_farm_options options = {
+		.processes = run->options->processes,
+		.isa = run->options->isa,
+	};
+	char url[URL_SIZE];
+	int r = pen_private_farm_start(&run->farm, &options, &run->err);
+
+	if (r < 0)
+		return r;
+	(void)snprintf(url, sizeof url, "http://127.0.0.1:%u", run->farm.port);
+	return pen_client_create(url, &run->client, &run->err);
+}
+
+static int render(struct run *run)
+{
+	struct pen_progress progress;
+	const struct pen_follow manner = {.interval_ms = INTERVAL_MS, .progress = &progress};
+	int r;
+
+	pen_progress_init(&progress, run->options->quiet);
+	r = pen_renders_follow(run->client, &manner, &run->resource, &run->err);
+	pen_progress_finish(&progress);
+	return r < 0 ? r : pen_renders_outcome(run->client, &run->resource, &run->err);
+}
+
+static int outputs_write(struct run *run)
+{
+	for (size_t i = 0; i < run->output_count; i++) {
+		struct pen_output *output = &run->outputs[i];
+		int r = pen_renders_download(
+			run->client, run->resource.id, output->format, output->fd, &run->err);
+
+		if (r == 0)
+			r = pen_output_commit(output, &run->err);
+		if (r < 0)
+			return r;
+	}
+	return 0;
+}
+
+static void outcome_print(const struct run *run)
+{
+	if (run->options->json) {
+		pen_print_json(run->finished);
+		return;
+	}
+	for (size_t i = 0; i < run->output_count; i++)
+		(void)printf(
+			"%s: rendered in %.2f s\n", run->outputs[i].path, run->resource.seconds);
+}
+
+static int run_through(struct run *run, bool *ret_refused)
+{
+	int r = outputs_open(run);
+
+	if (r == 0)
+		r = farm_open(run);
+	if (r < 0)
+		return r;
+	r = pen_renders_submit(run->client, run->options->operand, run->options->override,
+		&run->resource, &run->err);
+	*ret_refused = pen_renders_refused(r);
+	if (r == 0)
+		r = render(run);
+	if (r == 0)
+		run->finished = json_incref(pen_client_answer(run->client));
+	return r < 0 ? r : outputs_write(run);
+}
+
+static void run_finish(struct run *run)
+{
+	pen_private_farm_stop(&run->farm);
+	pen_client_destroy(run->client);
+	json_decref(run->finished);
+	for (size_t i = 0; i < run->output_count; i++)
+		pen_output_finish(&run->outputs[i]);
+}
+
+int pen_cli_render(int argc, char **argv)
+{
+	struct pen_options options;
+	struct run run = {.options = &options, .err = PEN_ERROR_INIT};
+	bool refused = false;
+	int code;
+
+	if (!pen_options_parse(&options, &usage, argc, argv, &code))
+		return code;
+	if (options.output_count == 0) {
+		pen_options_finish(&options);
+		return pen_cli_usage("render", "where to? -o FILE is missing");
+	}
+	pen_interrupt_catch();
+	if (run_through(&run, &refused) == 0) {
+		outcome_print(&run);
+	} else {
+		if (run.err.code == PEN_ECLOSED)
+			pen_private_farm_explain(&run.farm, &run.err);
+		code = pen_cli_fail(run.client, &run.err);
+	}
+	run_finish(&run);
+	pen_options_finish(&options);
+	return refused && code == PEN_EXIT_FAILED ? PEN_EXIT_REFUSED : code;
+}

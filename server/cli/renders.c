@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/cli/renders.h"
+
+#include "core/base/buf.h"
+#include "core/base/clock.h"
+#include "core/base/limits.h"
+#include "server/cli/interrupt.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PATH_SIZE = PEN_RESOURCE_ID_MAX + 64, BUSY_WAIT_MS = 200, BUSY_TRIES = 150 };
+
+static int bytes_read(int fd, const char *path, struct pen_buf *out, struct pen_error *err)
+{
+	char bytes[65536];
+	ssize_t n;
+
+	while ((n = read(fd, bytes, sizeof bytes)) != 0) {
+		if (n < 0 && errno != EINTR)
+			return pen_error_system(err, errno, "read %s", path);
+		if (n > 0 && pen_buf_append(out, bytes, (size_t)n) < 0)
+			return pen_error_set(err, PEN_ELIMIT, "%s is larger than %u MiB", path,
+				PEN_SCENE_BYTES_MAX >> 20);
+		if (pen_interrupted())
+			return pen_error_set(err, PEN_ECLOSED, "interrupted");
+	}
+	return 0;
+}
+
+static int file_read(const char *path, struct pen_buf *out, struct pen_error *err)
+{
+	bool standard_input = strcmp(path, "-") == 0;
+	int fd = standard_input ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
+	int r;
+
+	if (fd < 0)
+		return pen_error_system(err, errno, "open %s", path);
+	r = bytes_read(fd, path, out, err);
+	if (!standard_input)
+		close(fd);
+	return r;
+}
+
+/* So that a slip of the pen is told in the file's own lines, before an envelope is around it. */
+static int text_check(const char *path, const struct pen_buf *text, struct pen_error *err)
+{
+	json_error_t where;
+	json_t *tree = json_loadb(
+		text->size ? text->data : "", text->size, JSON_REJECT_DUPLICATES, &where);
+
+	if (!tree)
+		return pen_error_set(err, PEN_EINVALID, "%s: line %d, column %d, byte %d: %s", path,
+			where.line, where.column, where.position, where.text);
+	json_decref(tree);
+	return 0;
+}
+
+/* The scene's own text goes into the envelope, so that its numbers stay as they were written. */
+static int envelope_write(const struct pen_buf *scene, const json_t *override, struct pen_buf *out,
+	struct pen_error *err)
+{
+	char *patch = override ? json_dumps(override, JSON_COMPACT) : NULL;
+
+	if (override && !patch)
+		return pen_error_memory(err);
+	(void)pen_buf_text(out, "{\"scene\":");
+	(void)pen_buf_append(out, scene->data, scene->size);
+	if (patch) {
+		(void)pen_buf_text(out, ",\"override\":");
+		(void)pen_buf_text(out, patch);
+	}
+	(void)pen_buf_text(out, "}");
+	free(patch);
+	return out->failed ? pen_error_memory(err) : 0;
+}
+
+static int answer_read(
+	struct pen_client *client, struct pen_resource *ret_resource, struct pen_error *err)
+{
+	return pen_resource_read(pen_client_answer(client), ret_resource, err);
+}
+
+int pen_renders_submit(struct pen_client *client, const char *path, const json_t *override,
+	struct pen_resource *ret_resource, struct pen_error *err)
+{
+	struct pen_buf scene, body;
+	int r;
+
+	pen_buf_init(&scene, PEN_SCENE_BYTES_MAX);
+	pen_buf_init(&body, PEN_HTTP_BODY_MAX);
+	r = file_read(path, &scene, err);
+	if (r == 0)
+		r = text_check(path, &scene, err);
+	if (r == 0)
+		r = envelope_write(&scene, override, &body, err);
+	if (r == 0)
+		r = pen_client_call(client, "POST", "/v1/renders", body.data, body.size, err);
+	if (r == 0)
+		r = answer_read(client, ret_resource, err);
+	pen_buf_finish(&scene);
+	pen_buf_finish(&body);
+	return r;
+}
+
+/* Only an id that is one becomes part of a path. */
+static int path_of(const char *id, const char *rest, char *ret_path, struct pen_error *err)
+{
+	if (!pen_resource_id_valid(id))
+		return pen_error_set(err, PEN_ENOTFOUND, "'%.80s' is no render's id", id);
+	(void)snprintf(ret_path, PATH_SIZE, "/v1/renders/%s%s", id, rest);
+	return 0;
+}
+
+bool pen_renders_refused(int code)
+{
+	return code == PEN_EINVALID || code == PEN_ELIMIT;
+}
+
+int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
+	struct pen_error *err)
+{
+	char path[PATH_SIZE];
+	int r = path_of(id, "", path, err);
+
+	if (r == 0)
+		r = pen_client_call(client, "GET", path, NULL, 0, err);
+	return r < 0 ? r : answer_read(client, ret_resource, err);
+}
+
+int pen_renders_cancel(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
+	struct pen_error *err)
+{
+	static const char body[] = "{\"state\":\"cancelled\"}";
+	char path[PATH_SIZE];
+	int r = path_of(id, "", path, err);
+
+	if (r == 0)
+		r = pen_client_call(client, "PATCH", path, body, sizeof body - 1, err);
+	return r < 0 ? r : answer_read(client, ret_resource, err);
+}
+
+/* Short renders are asked for often, long ones seldom. */
+static int64_t pause_ms(int64_t since_ms, int64_t interval_ms)
+{
+	int64_t pause = (pen_clock_ms() - since_ms) / 20 + 2;
+
+	return pause < interval_ms ? pause : interval_ms;
+}
+
+int pen_renders_follow(struct pen_client *client, const struct pen_follow *follow,
+	struct pen_resource *resource, struct pen_error *err)
+{
+	int64_t start_ms = pen_clock_ms(), heard_ms = start_ms;
+	int r = 0;
+
+	while (!pen_resource_over(resource)) {
+		pen_interrupt_sleep(pause_ms(start_ms, follow->interval_ms));
+		r = pen_renders_get(client, resource->id, resource, err);
+		if (pen_interrupted())
+			return pen_error_set(err, PEN_ECLOSED, "interrupted");
+		if (r == 0)
+			heard_ms = pen_clock_ms();
+		else if (r != PEN_ECLOSED || pen_clock_ms() - heard_ms >= follow->patience_ms)
+			return r;
+		pen_progress_update(follow->progress, resource);
+	}
+	return 0;
+}
+
+int pen_renders_outcome(
+	struct pen_client *client, const struct pen_resource *resource, struct pen_error *err)
+{
+	if (strcmp(resource->state, "done") == 0)
+		return 0;
+	if (strcmp(resource->state, "cancelled") == 0)
+		return pen_error_set(err, PEN_ECONFLICT, "the render was cancelled");
+	return pen_error_set(err, PEN_EIO, "the render failed: %s",
+		pen_resource_reason(pen_client_answer(client)));
+}
+
+int pen_renders_download(struct pen_client *client, const char *id, const char *format, int fd,
+	struct pen_error *err)
+{
+	char path[PATH_SIZE], name[16];
+	int r;
+
+	(void)snprintf(name, sizeof name, "/image.%s", format);
+	r = path_of(id, name, path, err);
+	if (r == 0)
+		r = pen_client_download(client, path, fd, err);
+	for (int tries = 0; r == PEN_EAGAIN && tries < BUSY_TRIES; tries++) {
+		pen_interrupt_sleep(BUSY_WAIT_MS);
+		r = pen_client_download(client, path, fd, err);
+	}
+	return r;
+}

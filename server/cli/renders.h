@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_CLI_RENDERS_H
+#define PEN_SERVER_CLI_RENDERS_H
+
+#include "server/cli/client.h"
+#include "server/cli/progress.h"
+#include "server/cli/resource.h"
+
+/* What a client does with renders. Each leaves the server's answer in client. */
+
+/*
+ * Submits the scene of a file ("-": standard input), with override (a JSON Merge Patch; NULL: as
+ * it is). PEN_EINVALID and PEN_ELIMIT: the scene is refused.
+ */
+int pen_renders_submit(struct pen_client *client, const char *path, const json_t *override,
+	struct pen_resource *ret_resource, struct pen_error *err);
+
+/* Whether what pen_renders_submit returned says that the scene is at fault. */
+bool pen_renders_refused(int code);
+
+int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
+	struct pen_error *err);
+
+int pen_renders_cancel(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
+	struct pen_error *err);
+
+/*
+ * Asks again and again, at most every interval_ms, until the render is over, showing progress.
+ * A server that has gone may come back within patience_ms.
+ */
+struct pen_follow {
+	int64_t interval_ms;
+	int64_t patience_ms;
+	struct pen_progress *progress;
+};
+
+int pen_renders_follow(struct pen_client *client, const struct pen_follow *follow,
+	struct pen_resource *resource, struct pen_error *err);
+
+/* 0 when the render is done, else an error that says how and why it ended. */
+int pen_renders_outcome(
+	struct pen_client *client, const struct pen_resource *resource, struct pen_error *err);
+
+/* Writes the image in format ("png", …) to fd; waits while the server has too many to encode. */
+int pen_renders_download(struct pen_client *client, const char *id, const char *format, int fd,
+	struct pen_error *err);
+
+#endif

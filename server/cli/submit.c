@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/cli/cli.h"
+#include "server/cli/print.h"
+#include "server/cli/renders.h"
+#include "server/cli/session.h"
+
+#include <stdio.h>
+
+static const char help[] =
+	"usage: penumbra submit [OPTION…] SCENE.json\n"
+	"\n"
+	"Hands the scene (\"-\": standard input) to a running server and prints the render's id.\n"
+	"\n"
+	"  --samples N       samples per pixel, instead of the scene's\n"
+	"  --size WxH        image size in pixels, instead of the scene's\n"
+	"  --crop L,T,R,B    render these pixels only (right and bottom excluded)\n"
+	"  --seed N          seed of the samples, instead of the scene's\n"
+	"  --json            print the server's whole answer\n"
+	"  --server URL      default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+
+static const struct option options[] = {
+	{"samples", required_argument, NULL, PEN_OPTION_SAMPLES},
+	{"size", required_argument, NULL, PEN_OPTION_SIZE},
+	{"crop", required_argument, NULL, PEN_OPTION_CROP},
+	{"seed", required_argument, NULL, PEN_OPTION_SEED},
+	{"json", no_argument, NULL, PEN_OPTION_JSON},
+	{"server", required_argument, NULL, PEN_OPTION_SERVER},
+	{"help", no_argument, NULL, PEN_OPTION_HELP},
+	{0},
+};
+
+static const struct pen_usage usage = {
+	.command = "submit",
+	.help = help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "SCENE.json",
+};
+
+int pen_cli_submit(int argc, char **argv)
+{
+	struct pen_resource resource;
+	struct pen_session session;
+	int code, r;
+
+	if (!pen_session_open(&session, &usage, argc, argv, &code))
+		return code;
+	r = pen_renders_submit(session.client, session.options.operand, session.options.override,
+		&resource, &session.err);
+	if (r == 0 && session.options.json)
+		pen_print_json(pen_client_answer(session.client));
+	else if (r == 0)
+		(void)printf("%s\n", resource.id);
+	code = pen_session_close(&session, r);
+	return code == PEN_EXIT_FAILED && pen_renders_refused(r) ? PEN_EXIT_REFUSED : code;
+}

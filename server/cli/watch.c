@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/cli/cli.h"
+#include "server/cli/print.h"
+#include "server/cli/renders.h"
+#include "server/cli/session.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { INTERVAL_MS = 200, PATIENCE_MS = 30000 };
+
+static const char watch_help[] =
+	"usage: penumbra watch [OPTION…] ID\n"
+	"\n"
+	"Follows a render until it ends; fails when it does not end well. Ctrl-C stops watching, "
+	"not\n"
+	"the render. A server that goes away is waited for, half a minute long.\n"
+	"\n"
+	"  --quiet         no progress\n"
+	"  --json          print the render in the end as JSON\n"
+	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+
+static const char cancel_help[] =
+	"usage: penumbra cancel [OPTION…] ID\n"
+	"\n"
+	"Stops a render. What is rendered of its image stays.\n"
+	"\n"
+	"  --json          print the server's whole answer\n"
+	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+
+static const struct option options[] = {
+	{"json", no_argument, NULL, PEN_OPTION_JSON},
+	{"server", required_argument, NULL, PEN_OPTION_SERVER},
+	{"help", no_argument, NULL, PEN_OPTION_HELP},
+	{"quiet", no_argument, NULL, PEN_OPTION_QUIET},
+	{0},
+};
+
+static const struct pen_usage watch_usage = {
+	.command = "watch",
+	.help = watch_help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "ID",
+};
+
+static const struct pen_usage cancel_usage = {
+	.command = "cancel",
+	.help = cancel_help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "ID",
+};
+
+static int follow(struct pen_session *session, struct pen_resource *resource)
+{
+	struct pen_progress progress;
+	const struct pen_follow manner = {INTERVAL_MS, PATIENCE_MS, &progress};
+	const char *id = session->options.operand;
+	int r = pen_renders_get(session->client, id, resource, &session->err);
+
+	if (r < 0)
+		return r;
+	pen_progress_init(&progress, session->options.quiet);
+	r = pen_renders_follow(session->client, &manner, resource, &session->err);
+	pen_progress_finish(&progress);
+	return r < 0 ? r : pen_renders_outcome(session->client, resource, &session->err);
+}
+
+int pen_cli_watch(int argc, char **argv)
+{
+	struct pen_resource resource;
+	struct pen_session session;
+	int code, r;
+
+	if (!pen_session_open(&session, &watch_usage, argc, argv, &code))
+		return code;
+	r = follow(&session, &resource);
+	if (session.options.json && pen_client_answer(session.client))
+		pen_print_json(pen_client_answer(session.client));
+	else if (r == 0)
+		(void)printf("%s: done in %.2f s\n", resource.id, resource.seconds);
+	return pen_session_close(&session, r);
+}
+
+int pen_cli_cancel(int argc, char **argv)
+{
+	struct pen_resource resource;
+	struct pen_session session;
+	int code, r;
+
+	if (!pen_session_open(&session, &cancel_usage, argc, argv, &code))
+		return code;
+	r = pen_renders_cancel(session.client, session.options.operand, &resource, &session.err);
+	if (r == 0 && session.options.json)
+		pen_print_json(pen_client_answer(session.client));
+	else if (r == 0)
+		(void)printf("%s: %s\n", resource.id, resource.state);
+	return pen_session_close(&session, r);
+}
