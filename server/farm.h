@@ -2,12 +2,36 @@
 #ifndef PEN_SERVER_FARM_H
 #define PEN_SERVER_FARM_H
 
+#include "core/base/error.h"
+#include "server/dispatch.h"
+
+#include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <uv.h>
 
-/* The workers as the coordinator knows them; read by the API, written by link.c alone. */
+/* The workers as the coordinator knows them: those that have said hello and are still there. */
 struct pen_farm;
+
+struct pen_farm_options {
+	struct sockaddr_storage address; /* to listen on; port 0: any */
+	struct pen_dispatch *dispatch;
+	const char *scenes_dir; /* see server/scene_file.h; borrowed */
+};
+
+int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
+	struct pen_farm **ret_farm, struct pen_error *err);
+
+/* Asks every worker to go, and closes; memory goes when the loop has run. */
+void pen_farm_destroy(struct pen_farm *farm);
+
+uint16_t pen_farm_port(const struct pen_farm *farm);
+
+enum { PEN_FARM_KEY_TEXT = 65 }; /* 256 random bits as 64 hex digits, and a NUL */
+
+/* A new key that one local worker will say hello with; it is valid once, and replaces the last. */
+int pen_farm_issue_key(struct pen_farm *farm, char *ret_key, struct pen_error *err);
 
 struct pen_worker {
 	uint64_t id; /* never used twice */
@@ -17,10 +41,10 @@ struct pen_worker {
 	char *equivalence_class;
 	char *version;
 	bool draining;
-	uint32_t leases;     /* held now */
+	uint32_t leases; /* held now */
 	uint64_t units_done;
 	uint64_t samples_done;
-	double samples_per_second; /* over the last seconds */
+	double samples_per_second;	    /* over the last seconds */
 	int64_t connected_ms, heartbeat_ms; /* wall time */
 	uint32_t strikes;
 };

@@ -238,6 +238,15 @@ static struct job *find_job(const struct pen_sched *sched, uint64_t number)
 	return NULL;
 }
 
+/* A lease lives no longer than its job. */
+static struct job *job_of(const struct pen_sched *sched, const struct pen_sched_lease *lease)
+{
+	struct job *job = find_job(sched, lease->job);
+
+	assert(job);
+	return job;
+}
+
 static struct worker *find_worker(const struct pen_sched *sched, uint64_t id)
 {
 	for (size_t i = 0; i < sched->worker_count; i++)
@@ -371,10 +380,9 @@ static bool blame(
 static void lose_unit(struct pen_sched *sched, struct worker *worker, struct pen_sched_lease *lease,
 	enum pen_sched_fault fault, const char *reason)
 {
-	struct job *job = find_job(sched, lease->job);
+	struct job *job = job_of(sched, lease);
 	bool survives = true;
 
-	assert(job);
 	if (fault == PEN_SCHED_FAULT_KILLED && job->tiles[lease->tile].kills++ >= PEN_KILLS_MAX)
 		fault = PEN_SCHED_FAULT_OWN;
 	if (fault == PEN_SCHED_FAULT_SCENE) {
@@ -592,7 +600,7 @@ static void handle_leave(struct pen_sched *sched, struct worker *worker)
 static void expire(struct pen_sched *sched, struct worker *worker, struct pen_sched_lease *lease,
 	enum pen_sched_fault fault, const char *reason)
 {
-	struct pen_sched_action *action = act(sched, PEN_SCHED_REVOKE, find_job(sched, lease->job));
+	struct pen_sched_action *action = act(sched, PEN_SCHED_REVOKE, job_of(sched, lease));
 
 	action->worker = worker->id;
 	action->lease = lease->id;
@@ -603,7 +611,7 @@ static void expire(struct pen_sched *sched, struct worker *worker, struct pen_sc
 static void handle_progress(struct pen_sched *sched, struct worker *worker,
 	struct pen_sched_lease *lease, uint64_t samples)
 {
-	const struct job *job = find_job(sched, lease->job);
+	const struct job *job = job_of(sched, lease);
 	double quiet_ms = 4000.0 * predicted_seconds(job, lease);
 
 	if (!lease->started) {
@@ -623,7 +631,7 @@ static void handle_progress(struct pen_sched *sched, struct worker *worker,
 static void handle_result(struct pen_sched *sched, struct worker *worker,
 	struct pen_sched_lease *lease, double seconds)
 {
-	struct job *job = find_job(sched, lease->job);
+	struct job *job = job_of(sched, lease);
 	double per_sample = seconds / (double)unit_samples(job, lease->tile, lease->round);
 
 	job->virtual_seconds += seconds / weight(job) - lease->charge;

@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/canvas.h"
+
+#include "server/framebuf.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum task_type { TASK_CREATE, TASK_OPEN, TASK_MERGE, TASK_SYNC };
+
+struct task {
+	struct task *next;
+	enum task_type type;
+	uint32_t tile, round;
+	float *pixels;
+	uint64_t xxh3;
+};
+
+struct task_list {
+	struct task *first, **end;
+};
+
+struct pen_canvas {
+	uv_loop_t *loop;
+	uint64_t job;
+	struct pen_tiling tiling;
+	struct pen_canvas_events events;
+	char *path;
+	struct pen_canvas_tile *tiles; /* to check when opening, or NULL */
+	struct task_list waiting;
+	bool destroyed;
+	bool delivering;
+
+	/* The pool's while work runs. */
+	uv_work_t work;
+	bool working;
+	int fd;
+	struct task_list running;
+	struct task *stopped_at; /* the task that failed; NULL: none */
+	struct pen_error err;
+};
+
+static void list_init(struct task_list *list)
+{
+	list->first = NULL;
+	list->end = &list->first;
+}
+
+static void list_append(struct task_list *list, struct task *task)
+{
+	*list->end = task;
+	list->end = &task->next;
+}
+
+static struct task *list_take(struct task_list *list)
+{
+	struct task *task = list->first;
+
+	if (task && !(list->first = task->next))
+		list->end = &list->first;
+	return task;
+}
+
+static void task_destroy(struct task *task)
+{
+	free(task->pixels);
+	free(task);
+}
+
+static void list_clear(struct task_list *list)
+{
+	struct task *task;
+
+	while ((task = list_take(list)) != NULL)
+		task_destroy(task);
+}
+
+static void canvas_free(struct pen_canvas *canvas)
+{
+	list_clear(&canvas->waiting);
+	list_clear(&canvas->running);
+	if (canvas->fd >= 0)
+		(void)close(canvas->fd);
+	free(canvas->tiles);
+	free(canvas->path);
+	free(canvas);
+}
+
+/* On the pool */
+
+static int open_file(struct pen_canvas *canvas)
+{
+	canvas->fd = open(canvas->path, O_RDWR | O_CLOEXEC);
+	return canvas->fd < 0 ? -errno : 0;
+}
+
+static int create_file(struct pen_canvas *canvas, struct pen_error *err)
+{
+	int r = pen_framebuf_create(canvas->path, &canvas->tiling, err);
+
+	if (r < 0)
+		return r;
+	r = open_file(canvas);
+	return r < 0 ? pen_error_system(err, -r, "cannot open the framebuffer") : 0;
+}
+
+/* A tile that cannot be read, or reads as something else, starts again. */
+static int check_file(struct pen_canvas *canvas, struct pen_error *err)
+{
+	int r = open_file(canvas);
+
+	if (r < 0 && r != -ENOENT)
+		return pen_error_system(err, -r, "cannot open the framebuffer");
+	for (uint32_t i = 0; i < canvas->tiling.count; i++) {
+		struct pen_canvas_tile *tile = &canvas->tiles[i];
+		uint64_t xxh3;
+
+		if (tile->rounds == 0)
+			continue;
+		if (r < 0 || pen_framebuf_hash(canvas->fd, &canvas->tiling, i, &xxh3, NULL) < 0 ||
+			xxh3 != tile->xxh3)
+			*tile = (struct pen_canvas_tile){0};
+	}
+	return r < 0 ? create_file(canvas, err) : 0;
+}
+
+static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_error *err)
+{
+	switch (task->type) {
+	case TASK_CREATE: return create_file(canvas, err);
+	case TASK_OPEN: return check_file(canvas, err);
+	case TASK_MERGE:
+		return pen_framebuf_merge(canvas->fd, &canvas->tiling, task->tile, task->round == 0,
+			task->pixels, &task->xxh3, err);
+	case TASK_SYNC:
+		if (fsync(canvas->fd) < 0)
+			return pen_error_system(err, errno, "cannot write the framebuffer");
+		return 0;
+	}
+	return 0;
+}
+
+static void run_tasks(uv_work_t *work)
+{
+	struct pen_canvas *canvas = work->data;
+
+	for (struct task *task = canvas->running.first; task; task = task->next) {
+		if (run_task(canvas, task, &canvas->err) < 0) {
+			canvas->stopped_at = task;
+			return;
+		}
+	}
+}
+
+/* On the loop */
+
+static void deliver(struct pen_canvas *canvas, const struct task *task)
+{
+	const struct pen_canvas_events *events = &canvas->events;
+
+	switch (task->type) {
+	case TASK_CREATE: break;
+	case TASK_OPEN: events->opened(events->user, canvas->job, canvas->tiles); break;
+	case TASK_MERGE: events->merged(events->user, canvas->job, task->tile, task->xxh3); break;
+	case TASK_SYNC: events->synced(events->user, canvas->job); break;
+	}
+}
+
+static void start(struct pen_canvas *canvas);
+
+static void handle_done(uv_work_t *work, int status)
+{
+	struct pen_canvas *canvas = work->data;
+	struct task *task;
+
+	(void)status; /* never cancelled */
+	canvas->working = false;
+	canvas->delivering = true;
+	while (!canvas->destroyed && (task = list_take(&canvas->running)) != NULL) {
+		bool failed = task == canvas->stopped_at;
+
+		if (!failed)
+			deliver(canvas, task);
+		task_destroy(task);
+		if (failed) {
+			canvas->events.failed(canvas->events.user, canvas->job, &canvas->err);
+			break;
+		}
+	}
+	canvas->delivering = false;
+	if (canvas->destroyed)
+		canvas_free(canvas);
+	else if (!canvas->stopped_at)
+		start(canvas);
+}
+
+static void start(struct pen_canvas *canvas)
+{
+	if (canvas->working || canvas->delivering || !canvas->waiting.first || canvas->stopped_at)
+		return;
+	canvas->running.first = canvas->waiting.first;
+	canvas->running.end = canvas->waiting.end;
+	list_init(&canvas->waiting);
+	canvas->working = true;
+	canvas->work.data = canvas;
+	(void)uv_queue_work(canvas->loop, &canvas->work, run_tasks, handle_done);
+}
+
+static int add_task(struct pen_canvas *canvas, enum task_type type, uint32_t tile, uint32_t round,
+	float *pixels, struct pen_error *err)
+{
+	struct task *task = calloc(1, sizeof *task);
+
+	if (!task) {
+		free(pixels);
+		return pen_error_memory(err);
+	}
+	*task = (struct task){.type = type, .tile = tile, .round = round, .pixels = pixels};
+	list_append(&canvas->waiting, task);
+	start(canvas);
+	return 0;
+}
+
+static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
+	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	struct pen_canvas **ret_canvas, struct pen_error *err)
+{
+	struct pen_canvas *canvas = calloc(1, sizeof *canvas);
+
+	if (!canvas)
+		return pen_error_memory(err);
+	canvas->loop = loop;
+	canvas->job = job;
+	canvas->tiling = *tiling;
+	canvas->events = *events;
+	canvas->fd = -1;
+	list_init(&canvas->waiting);
+	list_init(&canvas->running);
+	canvas->path = strdup(path);
+	if (!canvas->path) {
+		canvas_free(canvas);
+		return pen_error_memory(err);
+	}
+	*ret_canvas = canvas;
+	return 0;
+}
+
+int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
+	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	struct pen_canvas **ret_canvas, struct pen_error *err)
+{
+	struct pen_canvas *canvas;
+	int r = canvas_new(loop, job, path, tiling, events, &canvas, err);
+
+	if (r < 0)
+		return r;
+	r = add_task(canvas, TASK_CREATE, 0, 0, NULL, err);
+	if (r < 0) {
+		canvas_free(canvas);
+		return r;
+	}
+	*ret_canvas = canvas;
+	return 0;
+}
+
+int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
+	const struct pen_tiling *tiling, const struct pen_canvas_tile *tiles,
+	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
+	struct pen_error *err)
+{
+	struct pen_canvas *canvas;
+	int r = canvas_new(loop, job, path, tiling, events, &canvas, err);
+
+	if (r < 0)
+		return r;
+	canvas->tiles = calloc(tiling->count, sizeof *tiles);
+	if (canvas->tiles)
+		memcpy(canvas->tiles, tiles, tiling->count * sizeof *tiles);
+	r = canvas->tiles ? add_task(canvas, TASK_OPEN, 0, 0, NULL, err) : pen_error_memory(err);
+	if (r < 0) {
+		canvas_free(canvas);
+		return r;
+	}
+	*ret_canvas = canvas;
+	return 0;
+}
+
+int pen_canvas_merge(struct pen_canvas *canvas, uint32_t tile, uint32_t round, float *pixels,
+	struct pen_error *err)
+{
+	return add_task(canvas, TASK_MERGE, tile, round, pixels, err);
+}
+
+int pen_canvas_sync(struct pen_canvas *canvas, struct pen_error *err)
+{
+	return add_task(canvas, TASK_SYNC, 0, 0, NULL, err);
+}
+
+void pen_canvas_destroy(struct pen_canvas *canvas)
+{
+	if (!canvas)
+		return;
+	canvas->destroyed = true;
+	if (!canvas->working && !canvas->delivering)
+		canvas_free(canvas);
+}

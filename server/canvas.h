@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_CANVAS_H
+#define PEN_SERVER_CANVAS_H
+
+#include "core/base/error.h"
+#include "core/base/tile.h"
+
+#include <stdint.h>
+#include <uv.h>
+
+/*
+ * The framebuffer file of a job that renders. All file work is done on libuv's thread pool, one
+ * task after the other in the order of the calls; events come from the loop, never from within a
+ * call.
+ */
+struct pen_canvas;
+
+/* What a tile holds: as many rounds, and bytes that hash so. */
+struct pen_canvas_tile {
+	uint16_t rounds;
+	uint64_t xxh3;
+};
+
+struct pen_canvas_events {
+	/* tiles has as many as the tiling; those whose bytes are not what they should be have
+	 * 0 rounds. Only of pen_canvas_open. */
+	void (*opened)(void *user, uint64_t job, const struct pen_canvas_tile *tiles);
+	void (*merged)(void *user, uint64_t job, uint32_t tile, uint64_t xxh3);
+	void (*synced)(void *user, uint64_t job);
+	/* The last event: nothing asked for after the failure has been done. */
+	void (*failed)(void *user, uint64_t job, const struct pen_error *err);
+	void *user;
+};
+
+/* A new file at path, which replaces an older one. */
+int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
+	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	struct pen_canvas **ret_canvas, struct pen_error *err);
+
+/* The file that is there, checked against tiles (copied); a new one when it is missing. */
+int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
+	const struct pen_tiling *tiling, const struct pen_canvas_tile *tiles,
+	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
+	struct pen_error *err);
+
+/* pixels (heap) become the canvas's. PEN_ENOMEM. */
+int pen_canvas_merge(struct pen_canvas *canvas, uint32_t tile, uint32_t round, float *pixels,
+	struct pen_error *err);
+
+/* The file is on the disk when synced is told. */
+int pen_canvas_sync(struct pen_canvas *canvas, struct pen_error *err);
+
+/* No event comes after this; what has not begun is dropped. May be called from within an event. */
+void pen_canvas_destroy(struct pen_canvas *canvas);
+
+#endif

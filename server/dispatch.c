@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/dispatch.h"
+
+#include "core/base/clock.h"
+#include "core/base/digest.h"
+#include "core/base/limits.h"
+#include "server/framebuf.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct pen_dispatch {
+	struct pen_sched *sched;
+	struct pen_dispatch_jobs jobs;
+	struct pen_dispatch_farm farm;
+	bool stepping;
+	bool stopped;
+};
+
+int pen_dispatch_create(struct pen_dispatch **ret_dispatch, struct pen_error *err)
+{
+	struct pen_dispatch *dispatch = calloc(1, sizeof *dispatch);
+	int r;
+
+	if (!dispatch)
+		return pen_error_memory(err);
+	r = pen_sched_create(&dispatch->sched, err);
+	if (r < 0) {
+		free(dispatch);
+		return r;
+	}
+	*ret_dispatch = dispatch;
+	return 0;
+}
+
+void pen_dispatch_destroy(struct pen_dispatch *dispatch)
+{
+	if (!dispatch)
+		return;
+	pen_sched_destroy(dispatch->sched);
+	free(dispatch);
+}
+
+void pen_dispatch_connect_jobs(struct pen_dispatch *dispatch, const struct pen_dispatch_jobs *jobs)
+{
+	dispatch->jobs = *jobs;
+}
+
+void pen_dispatch_connect_farm(struct pen_dispatch *dispatch, const struct pen_dispatch_farm *farm)
+{
+	dispatch->farm = *farm;
+}
+
+static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
+{
+	const struct pen_job *job = dispatch->jobs.find(dispatch->jobs.user, action->job);
+	struct pen_round samples = pen_round_get(job->samples, action->round);
+	struct pen_msg_lease lease = {
+		.lease = action->lease,
+		.job = action->job,
+		.epoch = action->epoch,
+		.tile = action->tile,
+		.round = action->round,
+		.rect = pen_tiling_rect(&job->tiling, action->tile),
+		.sample_first = samples.first,
+		.sample_end = samples.end,
+		.scene_sha256 = job->scene_sha256,
+		.deadline_ms = PEN_LEASE_HARD_MS,
+	};
+
+	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease);
+}
+
+static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
+{
+	const struct pen_dispatch_jobs *jobs = &dispatch->jobs;
+
+	switch (action->type) {
+	case PEN_SCHED_LEASE: send_lease(dispatch, action); break;
+	case PEN_SCHED_REVOKE:
+		dispatch->farm.revoke(dispatch->farm.user, action->worker, action->lease);
+		break;
+	case PEN_SCHED_STARTED: jobs->started(jobs->user, action->job, action->text); break;
+	case PEN_SCHED_RENDERED:
+		jobs->ended(jobs->user, action->job, PEN_DISPATCH_RENDERED, NULL);
+		break;
+	case PEN_SCHED_FAILED:
+		jobs->ended(jobs->user, action->job, PEN_DISPATCH_FAILED, action->text);
+		break;
+	case PEN_SCHED_ABANDONED:
+		jobs->ended(jobs->user, action->job, PEN_DISPATCH_ABANDONED, NULL);
+		break;
+	}
+}
+
+static void step(struct pen_dispatch *dispatch, const struct pen_sched_event *event)
+{
+	struct pen_sched_actions actions;
+
+	if (dispatch->stopped)
+		return;
+	assert(!dispatch->stepping);
+	dispatch->stepping = true;
+	actions = pen_sched_step(dispatch->sched, event, pen_clock_ms());
+	for (size_t i = 0; i < actions.count; i++)
+		perform(dispatch, &actions.items[i]);
+	dispatch->stepping = false;
+}
+
+void pen_dispatch_tick(struct pen_dispatch *dispatch)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_TICK});
+}
+
+void pen_dispatch_stop(struct pen_dispatch *dispatch)
+{
+	dispatch->stopped = true;
+}
+
+int pen_dispatch_add_job(
+	struct pen_dispatch *dispatch, const struct pen_sched_job *job, struct pen_error *err)
+{
+	int r;
+
+	assert(!dispatch->stepping);
+	r = pen_sched_add_job(dispatch->sched, job, err);
+	pen_dispatch_tick(dispatch);
+	return r;
+}
+
+void pen_dispatch_remove_job(struct pen_dispatch *dispatch, uint64_t number)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_JOB_REMOVE, .job = number});
+}
+
+void pen_dispatch_pause_job(struct pen_dispatch *dispatch, uint64_t number)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_JOB_PAUSE, .job = number});
+}
+
+void pen_dispatch_resume_job(struct pen_dispatch *dispatch, uint64_t number)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_JOB_RESUME, .job = number});
+}
+
+void pen_dispatch_set_priority(struct pen_dispatch *dispatch, uint64_t number, uint32_t priority)
+{
+	step(dispatch,
+		&(struct pen_sched_event){
+			.type = PEN_SCHED_JOB_PRIORITY, .job = number, .u.priority = priority});
+}
+
+void pen_dispatch_merged(struct pen_dispatch *dispatch, uint64_t number, uint32_t tile)
+{
+	step(dispatch,
+		&(struct pen_sched_event){.type = PEN_SCHED_MERGED, .job = number, .u.tile = tile});
+}
+
+int pen_dispatch_add_worker(
+	struct pen_dispatch *dispatch, const struct pen_sched_worker *worker, struct pen_error *err)
+{
+	int r;
+
+	assert(!dispatch->stepping);
+	r = pen_sched_add_worker(dispatch->sched, worker, err);
+	pen_dispatch_tick(dispatch);
+	return r;
+}
+
+void pen_dispatch_remove_worker(struct pen_dispatch *dispatch, uint64_t worker)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_WORKER_LEAVE, .worker = worker});
+}
+
+void pen_dispatch_drain_worker(struct pen_dispatch *dispatch, uint64_t worker)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_WORKER_DRAIN, .worker = worker});
+}
+
+void pen_dispatch_progress(
+	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_heartbeat *heartbeat)
+{
+	for (uint32_t i = 0; i < heartbeat->count; i++)
+		step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_PROGRESS,
+				       .worker = worker,
+				       .lease = heartbeat->leases[i],
+				       .u.samples = heartbeat->samples[i]});
+}
+
+static void fail_lease(struct pen_dispatch *dispatch, uint64_t worker, uint64_t lease,
+	enum pen_sched_fault fault, const char *reason)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_FAILURE,
+			       .worker = worker,
+			       .lease = lease,
+			       .u.failure = {fault, reason}});
+}
+
+/* Why the pixels cannot be right; NULL when they can. */
+static const char *find_defect(const struct pen_msg_result *result, const float *pixels,
+	size_t size, struct pen_rect rect, uint32_t samples)
+{
+	size_t count = pen_rect_area(rect) * PEN_CHANNELS;
+
+	if (size != pen_framebuf_tile_bytes(rect))
+		return "the worker sent a result of the wrong size";
+	if (pen_xxh3(pixels, size) != result->xxh3)
+		return "the worker sent a damaged result";
+	for (size_t i = 0; i < count; i++) {
+		if (!isfinite(pixels[i]))
+			return "the worker sent a value that is not finite";
+		if (i % PEN_CHANNELS == PEN_CHANNELS - 1 &&
+			(pixels[i] < 0 || pixels[i] > (float)samples))
+			return "the worker sent a wrong sample count";
+	}
+	return NULL;
+}
+
+enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uint64_t worker,
+	const struct pen_msg_result *result, const void *payload, size_t size,
+	uint64_t *ret_samples)
+{
+	const struct pen_sched_lease *lease =
+		pen_sched_find_lease(dispatch->sched, worker, result->lease);
+	const struct pen_job *job;
+	struct pen_round samples;
+	struct pen_rect rect;
+	const char *defect;
+	float *pixels;
+
+	if (dispatch->stopped || !lease || lease->job != result->job ||
+		lease->tile != result->tile || lease->round != result->round ||
+		lease->epoch != result->epoch)
+		return PEN_OUTCOME_GONE;
+	job = dispatch->jobs.find(dispatch->jobs.user, result->job);
+	samples = pen_round_get(job->samples, result->round);
+	rect = pen_tiling_rect(&job->tiling, result->tile);
+
+	/* The payload lies unaligned in the connection's buffer, which is about to be reused. */
+	pixels = malloc(size > 0 ? size : 1);
+	if (!pixels) {
+		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_RETURNED, "");
+		return PEN_OUTCOME_RETURNED;
+	}
+	memcpy(pixels, payload, size);
+	defect = find_defect(result, pixels, size, rect, samples.end - samples.first);
+	if (defect) {
+		free(pixels);
+		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_OWN, defect);
+		return PEN_OUTCOME_BAD;
+	}
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_RESULT,
+			       .worker = worker,
+			       .lease = result->lease,
+			       .u.seconds = 1e-6 * result->render_us});
+	dispatch->jobs.merge(dispatch->jobs.user, result->job, result->tile, result->round, pixels);
+	*ret_samples = pen_rect_area(rect) * (samples.end - samples.first);
+	return PEN_OUTCOME_GOOD;
+}
+
+static enum pen_sched_fault fault_of(enum pen_fault fault)
+{
+	switch (fault) {
+	case PEN_FAULT_CRASH:
+	case PEN_FAULT_DEADLINE: return PEN_SCHED_FAULT_OWN;
+	case PEN_FAULT_SCENE: return PEN_SCHED_FAULT_SCENE;
+	case PEN_FAULT_RETURNED: return PEN_SCHED_FAULT_RETURNED;
+	case PEN_FAULT_NONE:
+	case PEN_FAULT_KILLED:
+	case PEN_FAULT_NO_SCENE: break;
+	}
+	return PEN_SCHED_FAULT_KILLED;
+}
+
+enum pen_dispatch_outcome pen_dispatch_failure(
+	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure)
+{
+	enum pen_sched_fault fault = fault_of(failure->fault);
+
+	if (dispatch->stopped || !pen_sched_find_lease(dispatch->sched, worker, failure->lease))
+		return PEN_OUTCOME_GONE;
+	fail_lease(dispatch, worker, failure->lease, fault, failure->reason);
+	return fault == PEN_SCHED_FAULT_OWN ? PEN_OUTCOME_BAD : PEN_OUTCOME_RETURNED;
+}
+
+uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch)
+{
+	return pen_sched_waiting(dispatch->sched);
+}
+
+uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch)
+{
+	return pen_sched_processes(dispatch->sched);
+}

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_DISPATCH_H
+#define PEN_SERVER_DISPATCH_H
+
+#include "core/base/error.h"
+#include "proto/msg.h"
+#include "server/job.h"
+#include "server/sched.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/*
+ * The scheduler in its place: tells it what jobs and workers do, checks what workers deliver, and
+ * carries its decisions out through the calls below. None of these may call back into the
+ * dispatch before it returns.
+ */
+struct pen_dispatch;
+
+enum pen_dispatch_end { PEN_DISPATCH_RENDERED, PEN_DISPATCH_FAILED, PEN_DISPATCH_ABANDONED };
+
+struct pen_dispatch_jobs {
+	const struct pen_job *(*find)(void *user, uint64_t number);
+	/* The first lease since the job was added. */
+	void (*started)(void *user, uint64_t number, const char *equivalence_class);
+	/* Valid pixels (heap, now the callee's); pen_dispatch_merged later. */
+	void (*merge)(void *user, uint64_t number, uint32_t tile, uint32_t round, float *pixels);
+	/* The dispatch has forgotten the job; reason of a failed one. */
+	void (*ended)(void *user, uint64_t number, enum pen_dispatch_end end, const char *reason);
+	void *user;
+};
+
+struct pen_dispatch_farm {
+	void (*lease)(void *user, uint64_t worker, const struct pen_msg_lease *lease);
+	void (*revoke)(void *user, uint64_t worker, uint64_t lease);
+	void *user;
+};
+
+int pen_dispatch_create(struct pen_dispatch **ret_dispatch, struct pen_error *err);
+void pen_dispatch_destroy(struct pen_dispatch *dispatch);
+
+/* Both are set once, before any event. */
+void pen_dispatch_connect_jobs(struct pen_dispatch *dispatch, const struct pen_dispatch_jobs *jobs);
+void pen_dispatch_connect_farm(struct pen_dispatch *dispatch, const struct pen_dispatch_farm *farm);
+
+/* At least once a second. */
+void pen_dispatch_tick(struct pen_dispatch *dispatch);
+
+/* From now on nothing is leased and every event is ignored. */
+void pen_dispatch_stop(struct pen_dispatch *dispatch);
+
+/* What jobs do; all but add ignore a job that has just ended. */
+int pen_dispatch_add_job(
+	struct pen_dispatch *dispatch, const struct pen_sched_job *job, struct pen_error *err);
+void pen_dispatch_remove_job(struct pen_dispatch *dispatch, uint64_t number);
+void pen_dispatch_pause_job(struct pen_dispatch *dispatch, uint64_t number);
+void pen_dispatch_resume_job(struct pen_dispatch *dispatch, uint64_t number);
+void pen_dispatch_set_priority(struct pen_dispatch *dispatch, uint64_t number, uint32_t priority);
+void pen_dispatch_merged(struct pen_dispatch *dispatch, uint64_t number, uint32_t tile);
+
+/* What workers do. */
+int pen_dispatch_add_worker(struct pen_dispatch *dispatch, const struct pen_sched_worker *worker,
+	struct pen_error *err);
+void pen_dispatch_remove_worker(struct pen_dispatch *dispatch, uint64_t worker);
+void pen_dispatch_drain_worker(struct pen_dispatch *dispatch, uint64_t worker);
+void pen_dispatch_progress(
+	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_heartbeat *heartbeat);
+
+/*
+ * How a lease ended: GONE when it was not live (the message is dropped), GOOD with the samples of
+ * the unit, RETURNED without blame, BAD when the worker or the unit is to blame.
+ */
+enum pen_dispatch_outcome {
+	PEN_OUTCOME_GONE,
+	PEN_OUTCOME_GOOD,
+	PEN_OUTCOME_RETURNED,
+	PEN_OUTCOME_BAD
+};
+
+enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uint64_t worker,
+	const struct pen_msg_result *result, const void *pixels, size_t size,
+	uint64_t *ret_samples);
+enum pen_dispatch_outcome pen_dispatch_failure(
+	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure);
+
+uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch);
+uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch);
+
+#endif

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_DURABLE_H
+#define PEN_SERVER_DURABLE_H
+
+#include "core/base/error.h"
+
+#include <stddef.h>
+
+/*
+ * Writes DIR/NAME as a whole: whoever opens it finds the earlier file or this one, also after a
+ * power cut, and when it returns this one. May block on the disk. On the way it is NAME.tmp.
+ */
+int pen_durable_write(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);
+
+/* Removes what an interrupted write has left in DIR, and makes durable what it had completed. */
+void pen_durable_sweep(const char *dir);
+
+#endif

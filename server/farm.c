@@ -1,0 +1,439 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/farm.h"
+
+#include "core/base/clock.h"
+#include "core/base/limits.h"
+#include "core/base/log.h"
+#include "server/link.h"
+#include "server/scene_file.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+
+enum { BACKLOG = 64, TICK_MS = 500, PROTOCOL = 1 };
+
+/* Of the old rate in the rate that is shown, for each tick. */
+#define RATE_MEMORY 0.8
+
+struct worker {
+	struct worker *next;
+	struct pen_farm *farm;
+	struct pen_link *link;
+	struct pen_worker shown; /* id 0 until its hello is accepted */
+	int64_t opened_ms, heard_ms;
+	uint64_t samples_at_tick;
+};
+
+struct pen_farm {
+	uv_tcp_t listener;
+	uv_timer_t timer;
+	unsigned open_handles;
+	bool closing;
+	struct pen_dispatch *dispatch;
+	const char *scenes_dir;
+	char key[PEN_FARM_KEY_TEXT]; /* "": none is expected */
+	struct worker *workers;	     /* in order of connecting */
+	uint32_t count;
+	uint64_t id_last;
+	int64_t tick_ms;
+};
+
+static struct worker *find_worker(const struct pen_farm *farm, uint64_t id)
+{
+	struct worker *worker = farm->workers;
+
+	while (worker && worker->shown.id != id)
+		worker = worker->next;
+	return worker;
+}
+
+/* Hello */
+
+static void refuse(struct worker *worker, const char *reason)
+{
+	struct pen_msg msg = {.type = PEN_FRAME_REFUSE, .u.text.reason = reason};
+
+	pen_log(PEN_LOG_WARNING, "worker %s refused: %s", pen_link_address(worker->link), reason);
+	pen_link_send(worker->link, &msg);
+	pen_link_finish(worker->link);
+}
+
+/* In time that does not depend on where they differ. */
+static bool keys_equal(const char *a, const char *b)
+{
+	unsigned char difference = 0;
+
+	if (strlen(a) != PEN_FARM_KEY_TEXT - 1 || strlen(b) != PEN_FARM_KEY_TEXT - 1)
+		return false;
+	for (size_t i = 0; i < PEN_FARM_KEY_TEXT - 1; i++)
+		difference |= (unsigned char)(a[i] ^ b[i]);
+	return difference == 0;
+}
+
+/* Why the worker cannot be taken, for its log; NULL when it can. */
+static const char *find_objection(struct pen_farm *farm, const struct pen_msg_hello *hello)
+{
+	if (hello->protocol != PROTOCOL)
+		return "this coordinator speaks version 1 of the tile protocol: install the same "
+		       "version of Penumbra on both sides";
+	if (hello->key[0] != '\0' && !keys_equal(hello->key, farm->key))
+		return "the key is not the one this coordinator has issued";
+	if (strlen(hello->equivalence_class) > PEN_CLASS_BYTES_MAX)
+		return "the equivalence class is too long";
+	if (farm->count > PEN_WORKERS_MAX)
+		return "the farm is full: raise the number of processes of the workers instead";
+	return NULL;
+}
+
+static bool fill_shown(struct worker *worker, const struct pen_msg_hello *hello)
+{
+	struct pen_worker *shown = &worker->shown;
+
+	shown->name = strdup(hello->name);
+	shown->address = strdup(pen_link_address(worker->link));
+	shown->equivalence_class = strdup(hello->equivalence_class);
+	shown->version = strdup(hello->version);
+	shown->processes = hello->processes;
+	shown->connected_ms = shown->heartbeat_ms = pen_clock_wall_ms();
+	return shown->name && shown->address && shown->equivalence_class && shown->version;
+}
+
+static void handle_hello(struct worker *worker, const struct pen_msg_hello *hello)
+{
+	struct pen_farm *farm = worker->farm;
+	const char *objection = find_objection(farm, hello);
+	struct pen_msg welcome = {.type = PEN_FRAME_WELCOME};
+	struct pen_sched_worker added;
+
+	if (!objection && !fill_shown(worker, hello))
+		objection = "the coordinator is out of memory";
+	if (objection) {
+		refuse(worker, objection);
+		return;
+	}
+	if (hello->key[0] != '\0')
+		farm->key[0] = '\0';
+	worker->shown.id = ++farm->id_last;
+	welcome.u.welcome = (struct pen_msg_welcome){worker->shown.id, PEN_HEARTBEAT_MS};
+	pen_link_send(worker->link, &welcome);
+	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s",
+		(unsigned long long)worker->shown.id, worker->shown.name, worker->shown.address,
+		worker->shown.processes, worker->shown.equivalence_class);
+	added = (struct pen_sched_worker){
+		worker->shown.id, worker->shown.processes, worker->shown.equivalence_class};
+	if (pen_dispatch_add_worker(farm->dispatch, &added, NULL) < 0)
+		pen_link_close(worker->link);
+}
+
+/* Messages of a worker that has been welcomed */
+
+static void send_scene(struct worker *worker, const struct pen_sha256 *sha256)
+{
+	uint64_t size = 0;
+	int fd = -1;
+
+	(void)pen_scene_file_open(worker->farm->scenes_dir, sha256, &fd, &size, NULL);
+	pen_link_send_scene(worker->link, sha256, fd, size);
+}
+
+static void note_outcome(struct worker *worker, enum pen_dispatch_outcome outcome, uint64_t samples)
+{
+	if (outcome == PEN_OUTCOME_GONE)
+		return;
+	worker->shown.leases--;
+	worker->shown.strikes += outcome == PEN_OUTCOME_BAD;
+	worker->shown.units_done += outcome == PEN_OUTCOME_GOOD;
+	worker->shown.samples_done += samples;
+}
+
+static void handle_result(struct worker *worker, const struct pen_msg *msg)
+{
+	uint64_t samples = 0;
+	enum pen_dispatch_outcome outcome = pen_dispatch_result(worker->farm->dispatch,
+		worker->shown.id, &msg->u.result, msg->payload, msg->payload_size, &samples);
+
+	note_outcome(worker, outcome, samples);
+}
+
+static void handle_failure(struct worker *worker, const struct pen_msg_failure *failure)
+{
+	enum pen_dispatch_outcome outcome =
+		pen_dispatch_failure(worker->farm->dispatch, worker->shown.id, failure);
+
+	if (outcome == PEN_OUTCOME_BAD)
+		pen_log(PEN_LOG_WARNING, "worker %llu: a unit failed: %s",
+			(unsigned long long)worker->shown.id, failure->reason);
+	note_outcome(worker, outcome, 0);
+}
+
+static void handle_welcomed(struct worker *worker, const struct pen_msg *msg)
+{
+	struct pen_dispatch *dispatch = worker->farm->dispatch;
+
+	worker->heard_ms = pen_clock_ms();
+	worker->shown.heartbeat_ms = pen_clock_wall_ms();
+	switch (msg->type) {
+	case PEN_FRAME_SCENE_GET: send_scene(worker, &msg->u.scene_get.sha256); break;
+	case PEN_FRAME_RESULT: handle_result(worker, msg); break;
+	case PEN_FRAME_FAILURE: handle_failure(worker, &msg->u.failure); break;
+	case PEN_FRAME_HEARTBEAT:
+		pen_dispatch_progress(dispatch, worker->shown.id, &msg->u.heartbeat);
+		break;
+	case PEN_FRAME_DRAIN:
+		worker->shown.draining = true;
+		pen_dispatch_drain_worker(dispatch, worker->shown.id);
+		break;
+	default: pen_link_close(worker->link); break;
+	}
+}
+
+static void handle_message(void *user, const struct pen_msg *msg)
+{
+	struct worker *worker = user;
+
+	if (worker->shown.id != 0)
+		handle_welcomed(worker, msg);
+	else if (msg->type == PEN_FRAME_HELLO)
+		handle_hello(worker, &msg->u.hello);
+	else
+		refuse(worker, "the first message must be a hello");
+}
+
+/* Coming and going */
+
+static void farm_free_when_closed(struct pen_farm *farm)
+{
+	if (farm->closing && farm->open_handles == 0 && !farm->workers)
+		free(farm);
+}
+
+static void worker_free(struct worker *worker)
+{
+	free(worker->shown.name);
+	free(worker->shown.address);
+	free(worker->shown.equivalence_class);
+	free(worker->shown.version);
+	free(worker);
+}
+
+static void handle_closed(void *user, const char *reason)
+{
+	struct worker *worker = user;
+	struct pen_farm *farm = worker->farm;
+	struct worker **place = &farm->workers;
+
+	while (*place != worker)
+		place = &(*place)->next;
+	*place = worker->next;
+	farm->count--;
+	if (worker->shown.id != 0 && !farm->closing) {
+		pen_log(worker->shown.draining ? PEN_LOG_INFO : PEN_LOG_WARNING,
+			"worker %llu (%s) is gone: %s", (unsigned long long)worker->shown.id,
+			worker->shown.name, reason);
+		pen_dispatch_remove_worker(farm->dispatch, worker->shown.id);
+	}
+	worker_free(worker);
+	farm_free_when_closed(farm);
+}
+
+static void accept_worker(struct pen_farm *farm)
+{
+	struct worker *worker = calloc(1, sizeof *worker);
+	struct pen_link_events events = {handle_message, handle_closed, worker};
+	struct worker **place = &farm->workers;
+
+	if (!worker ||
+		pen_link_accept((uv_stream_t *)&farm->listener, &events, &worker->link, NULL) < 0) {
+		free(worker);
+		return;
+	}
+	worker->farm = farm;
+	worker->opened_ms = worker->heard_ms = pen_clock_ms();
+	while (*place)
+		place = &(*place)->next;
+	*place = worker;
+	/* One connection more than workers is let in, to be told why it is refused. */
+	if (++farm->count > PEN_WORKERS_MAX + 1)
+		pen_link_close(worker->link);
+}
+
+static void handle_connection(uv_stream_t *listener, int status)
+{
+	if (status == 0)
+		accept_worker(listener->data);
+}
+
+static void check_worker(struct worker *worker, int64_t now_ms)
+{
+	struct pen_worker *shown = &worker->shown;
+	double rate = (double)(shown->samples_done - worker->samples_at_tick) * 1000 / TICK_MS;
+
+	worker->samples_at_tick = shown->samples_done;
+	shown->samples_per_second += (1 - RATE_MEMORY) * (rate - shown->samples_per_second);
+	if (shown->id == 0 && now_ms - worker->opened_ms > PEN_HELLO_MS) {
+		pen_link_close(worker->link);
+	} else if (shown->id != 0 && now_ms - worker->heard_ms > PEN_DEAD_MS) {
+		pen_log(PEN_LOG_WARNING, "worker %llu has been silent for %d s",
+			(unsigned long long)shown->id, PEN_DEAD_MS / 1000);
+		pen_link_close(worker->link);
+	}
+}
+
+static void handle_tick(uv_timer_t *timer)
+{
+	struct pen_farm *farm = timer->data;
+	int64_t now_ms = pen_clock_ms();
+	bool stalled = now_ms - farm->tick_ms > 4 * TICK_MS;
+
+	/* After a stall of our own what the workers said meanwhile is still to be read. */
+	farm->tick_ms = now_ms;
+	for (struct worker *worker = farm->workers; worker; worker = worker->next) {
+		if (stalled)
+			worker->opened_ms = worker->heard_ms = now_ms;
+		check_worker(worker, now_ms);
+	}
+	pen_dispatch_tick(farm->dispatch);
+}
+
+/* For the dispatch */
+
+static void send_lease(void *user, uint64_t id, const struct pen_msg_lease *lease)
+{
+	struct worker *worker = find_worker(user, id);
+	struct pen_msg msg = {.type = PEN_FRAME_LEASE, .u.lease = *lease};
+
+	if (!worker)
+		return;
+	worker->shown.leases++;
+	pen_link_send(worker->link, &msg);
+}
+
+static void send_revoke(void *user, uint64_t id, uint64_t lease)
+{
+	struct worker *worker = find_worker(user, id);
+	struct pen_msg msg = {.type = PEN_FRAME_REVOKE, .u.revoke.lease = lease};
+
+	if (!worker)
+		return;
+	worker->shown.leases--;
+	pen_link_send(worker->link, &msg);
+}
+
+/* The farm itself */
+
+static void handle_handle_closed(uv_handle_t *handle)
+{
+	struct pen_farm *farm = handle->data;
+
+	farm->open_handles--;
+	farm_free_when_closed(farm);
+}
+
+static int listen_on(
+	struct pen_farm *farm, const struct sockaddr_storage *address, struct pen_error *err)
+{
+	int r = uv_tcp_bind(&farm->listener, (const struct sockaddr *)address, 0);
+
+	if (r == 0)
+		r = uv_listen((uv_stream_t *)&farm->listener, BACKLOG, handle_connection);
+	if (r < 0)
+		return pen_error_set(err, PEN_EIO,
+			"cannot listen for workers: %s; choose another address with "
+			"--worker-listen",
+			uv_strerror(r));
+	return 0;
+}
+
+int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
+	struct pen_farm **ret_farm, struct pen_error *err)
+{
+	struct pen_farm *farm = calloc(1, sizeof *farm);
+	int r;
+
+	if (!farm)
+		return pen_error_memory(err);
+	farm->dispatch = options->dispatch;
+	farm->scenes_dir = options->scenes_dir;
+	farm->tick_ms = pen_clock_ms();
+	(void)uv_tcp_init(loop, &farm->listener);
+	(void)uv_timer_init(loop, &farm->timer);
+	farm->listener.data = farm->timer.data = farm;
+	farm->open_handles = 2;
+	r = listen_on(farm, &options->address, err);
+	if (r < 0) {
+		pen_farm_destroy(farm);
+		return r;
+	}
+	(void)uv_timer_start(&farm->timer, handle_tick, TICK_MS, TICK_MS);
+	pen_dispatch_connect_farm(
+		farm->dispatch, &(struct pen_dispatch_farm){send_lease, send_revoke, farm});
+	*ret_farm = farm;
+	return 0;
+}
+
+void pen_farm_destroy(struct pen_farm *farm)
+{
+	struct pen_msg msg = {
+		.type = PEN_FRAME_DRAIN, .u.text.reason = "the coordinator is stopping"};
+
+	if (!farm)
+		return;
+	farm->closing = true;
+	uv_close((uv_handle_t *)&farm->listener, handle_handle_closed);
+	uv_close((uv_handle_t *)&farm->timer, handle_handle_closed);
+	for (struct worker *worker = farm->workers; worker; worker = worker->next) {
+		pen_link_send(worker->link, &msg);
+		pen_link_finish(worker->link);
+	}
+}
+
+uint16_t pen_farm_port(const struct pen_farm *farm)
+{
+	struct sockaddr_storage address;
+	int size = sizeof address;
+
+	if (uv_tcp_getsockname(&farm->listener, (struct sockaddr *)&address, &size) < 0)
+		return 0;
+	if (address.ss_family == AF_INET6)
+		return ntohs(((const struct sockaddr_in6 *)&address)->sin6_port);
+	return ntohs(((const struct sockaddr_in *)&address)->sin_port);
+}
+
+int pen_farm_issue_key(struct pen_farm *farm, char *ret_key, struct pen_error *err)
+{
+	struct pen_sha256 bits;
+
+	if (getrandom(bits.bytes, sizeof bits.bytes, 0) != sizeof bits.bytes)
+		return pen_error_system(err, errno, "no random bits");
+	pen_sha256_format(&bits, farm->key);
+	memcpy(ret_key, farm->key, PEN_FARM_KEY_TEXT);
+	return 0;
+}
+
+const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t after)
+{
+	const struct pen_worker *best = NULL;
+
+	for (const struct worker *worker = farm->workers; worker; worker = worker->next)
+		if (worker->shown.id > after && (!best || worker->shown.id < best->id))
+			best = &worker->shown;
+	return best;
+}
+
+uint64_t pen_farm_queue_depth(const struct pen_farm *farm)
+{
+	return pen_dispatch_waiting(farm->dispatch);
+}
+
+const char *pen_farm_why_waiting(const struct pen_farm *farm)
+{
+	if (pen_dispatch_waiting(farm->dispatch) == 0)
+		return "";
+	if (pen_dispatch_processes(farm->dispatch) == 0)
+		return "No worker is connected.";
+	return "All render processes that may take this work are busy.";
+}
