@@ -205,7 +205,8 @@ static int write_object(json_t *object, size_t depth, struct pen_buf *out, struc
 
 	if (!members)
 		return pen_error_memory(err);
-	json_object_foreach(object, key, value) members[i++] = (struct member){key, value};
+	json_object_foreach (object, key, value)
+		members[i++] = (struct member){key, value};
 	qsort(members, count, sizeof *members, compare_members);
 	(void)pen_buf_append(out, "{", 1);
 	for (i = 0; r == 0 && i < count; i++) {
@@ -259,8 +260,7 @@ static bool merge(json_t *target, json_t *patch)
 	const char *key;
 	json_t *value, *member;
 
-	json_object_foreach(patch, key, value)
-	{
+	json_object_foreach (patch, key, value) {
 		if (json_is_null(value)) {
 			(void)json_object_del(target, key);
 			continue;

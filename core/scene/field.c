@@ -141,13 +141,13 @@ static void read_field(struct pen_reader *reader, const struct pen_place *at, js
 	void *out = desc + field->offset;
 
 	switch (field->kind) {
-	case PEN_KIND_NUMBER: (void)pen_number_read(reader, at, value, field->range, out); break;
-	case PEN_KIND_INTEGER: (void)pen_integer_read(reader, at, value, field->range, out); break;
+	case PEN_KIND_NUMBER: (void)pen_number_read(reader, at, value, *field->range, out); break;
+	case PEN_KIND_INTEGER: (void)pen_integer_read(reader, at, value, *field->range, out); break;
 	case PEN_KIND_VECTOR3:
-		(void)pen_vector_read(reader, at, value, 3, field->range, out);
+		(void)pen_vector_read(reader, at, value, 3, *field->range, out);
 		break;
 	case PEN_KIND_VECTOR4:
-		(void)pen_vector_read(reader, at, value, 4, field->range, out);
+		(void)pen_vector_read(reader, at, value, 4, *field->range, out);
 		break;
 	case PEN_KIND_BOOLEAN: read_boolean(reader, at, value, out); break;
 	case PEN_KIND_TEXT: read_text(reader, at, value, out); break;
@@ -249,8 +249,7 @@ static void read_members(struct pen_reader *reader, const struct pen_place *at, 
 	const char *key;
 	json_t *value;
 
-	json_object_foreach(object, key, value)
-	{
+	json_object_foreach (object, key, value) {
 		const struct pen_field *field = find_field(table->fields, key);
 		struct pen_place member = {at, key, position++};
 

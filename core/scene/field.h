@@ -37,7 +37,7 @@ struct pen_field {
 	const char *key; /* NULL ends the table */
 	enum pen_kind kind;
 	size_t offset; /* in the table's description */
-	struct pen_range range;
+	const struct pen_range *range;
 	const char *fallback; /* the default as JSON text; or one of the two below */
 	const struct pen_table *table;
 	const struct pen_variant *choices;

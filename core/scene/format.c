@@ -10,111 +10,65 @@
 #define OF(type, member) offsetof(struct pen_##type, member)
 
 /* Ranges */
-#define RANGE(min, max)                                                                            \
-	{                                                                                          \
-		min, max                                                                           \
-	}
-#define WORLD                                                                                      \
-	{                                                                                          \
-		-PEN_COORDINATE_MAX, PEN_COORDINATE_MAX                                            \
-	}
-#define POSITIVE                                                                                   \
-	{                                                                                          \
-		1e-15, PEN_COORDINATE_MAX                                                          \
-	}
-#define MAGNITUDE                                                                                  \
-	{                                                                                          \
-		0, PEN_COORDINATE_MAX                                                              \
-	}
-#define UNIT                                                                                       \
-	{                                                                                          \
-		0, 1                                                                               \
-	}
-#define HALF_TURN                                                                                  \
-	{                                                                                          \
-		0, 180                                                                             \
-	}
-#define TURN                                                                                       \
-	{                                                                                          \
-		-360, 360                                                                          \
-	}
-#define TIME                                                                                       \
-	{                                                                                          \
-		-PEN_TIME_MAX, PEN_TIME_MAX                                                        \
-	}
-#define SCALE                                                                                      \
-	{                                                                                          \
-		-PEN_SCALE_MAX, PEN_SCALE_MAX                                                      \
-	}
+static const struct pen_range world = {-PEN_COORDINATE_MAX, PEN_COORDINATE_MAX};
+static const struct pen_range positive = {1e-15, PEN_COORDINATE_MAX};
+static const struct pen_range magnitude = {0, PEN_COORDINATE_MAX};
+static const struct pen_range unit = {0, 1};
+static const struct pen_range half_turn = {0, 180};
+static const struct pen_range turn = {-360, 360};
+static const struct pen_range instant = {-PEN_TIME_MAX, PEN_TIME_MAX};
+static const struct pen_range scale = {-PEN_SCALE_MAX, PEN_SCALE_MAX};
+static const struct pen_range pixels = {1, PEN_IMAGE_SIDE_MAX};
+static const struct pen_range support = {0.01, PEN_FILTER_WIDTH_MAX};
+static const struct pen_range stops = {-64, 64};
+static const struct pen_range field_of_view = {0.01, 179};
+static const struct pen_range blades = {0, PEN_BLADES_MAX};
+static const struct pen_range depth = {1, PEN_DEPTH_MAX};
+static const struct pen_range whitted_depth = {1, PEN_WHITTED_DEPTH_MAX};
+static const struct pen_range sample_count = {1, PEN_SAMPLES_MAX};
+static const struct pen_range any_seed = {0, UINT32_MAX};
+static const struct pen_range refraction = {0.1, 10};
+static const struct pen_range cone = {0.01, 180};
 
 /* Rows; the default comes last. */
 #define ROW(key_, kind_, offset_, fallback_)                                                       \
 	.key = key_, .kind = PEN_KIND_##kind_, .offset = offset_, .fallback = fallback_
 #define NUMBER(key, type, member, range_, fallback)                                                \
-	{                                                                                          \
-		ROW(key, NUMBER, OF(type, member), fallback), .range = range_                      \
-	}
+	ROW(key, NUMBER, OF(type, member), fallback), .range = &range_
 #define INTEGER(key, type, member, range_, fallback)                                               \
-	{                                                                                          \
-		ROW(key, INTEGER, OF(type, member), fallback), .range = range_                     \
-	}
+	ROW(key, INTEGER, OF(type, member), fallback), .range = &range_
 #define VECTOR3(key, type, member, range_, fallback)                                               \
-	{                                                                                          \
-		ROW(key, VECTOR3, OF(type, member), fallback), .range = range_                     \
-	}
+	ROW(key, VECTOR3, OF(type, member), fallback), .range = &range_
 #define VECTOR4(key, type, member, range_, fallback)                                               \
-	{                                                                                          \
-		ROW(key, VECTOR4, OF(type, member), fallback), .range = range_                     \
-	}
-#define BOOLEAN(key, type, member, fallback)                                                       \
-	{                                                                                          \
-		ROW(key, BOOLEAN, OF(type, member), fallback)                                      \
-	}
-#define TEXT(key, type, member, fallback)                                                          \
-	{                                                                                          \
-		ROW(key, TEXT, OF(type, member), fallback)                                         \
-	}
+	ROW(key, VECTOR4, OF(type, member), fallback), .range = &range_
+#define BOOLEAN(key, type, member, fallback) ROW(key, BOOLEAN, OF(type, member), fallback)
+#define TEXT(key, type, member, fallback)    ROW(key, TEXT, OF(type, member), fallback)
 #define CHOICE(key, type, member, choices_, fallback)                                              \
-	{                                                                                          \
-		ROW(key, CHOICE, OF(type, member), fallback), .choices = choices_                  \
-	}
-#define TABLE(key, offset, table_, fallback)                                                       \
-	{                                                                                          \
-		ROW(key, TABLE, offset, fallback), .table = table_                                 \
-	}
+	ROW(key, CHOICE, OF(type, member), fallback), .choices = choices_
+#define TABLE(key, offset, table_, fallback) ROW(key, TABLE, offset, fallback), .table = &table_
 #define VARIANT(key, offset, variants_, fallback)                                                  \
-	{                                                                                          \
-		ROW(key, VARIANT, offset, fallback), .variants = variants_                         \
-	}
+	ROW(key, VARIANT, offset, fallback), .variants = &variants_
 #define LIST(key, type, member, list_, fallback)                                                   \
-	{                                                                                          \
-		ROW(key, LIST, OF(type, member), fallback), .list = list_                          \
-	}
-#define READ(key, offset, read_, fallback)                                                         \
-	{                                                                                          \
-		ROW(key, READ, offset, fallback), .read = read_                                    \
-	}
-#define LATER(key)                                                                                 \
-	{                                                                                          \
-		ROW(key, LATER, 0, PEN_ABSENT)                                                     \
-	}
+	ROW(key, LIST, OF(type, member), fallback), .list = &list_
+#define READ(key, offset, read_, fallback) ROW(key, READ, offset, fallback), .read = read_
+#define LATER(key)			   ROW(key, LATER, 0, PEN_ABSENT)
 
 /* Image */
 
 static const struct pen_field box_fields[] = {
-	NUMBER("width", image_desc, filter_width, RANGE(0.01, PEN_FILTER_WIDTH_MAX), "1"),
+	{NUMBER("width", image_desc, filter_width, support, "1")},
 	{0},
 };
 static const struct pen_field triangle_filter_fields[] = {
-	NUMBER("width", image_desc, filter_width, RANGE(0.01, PEN_FILTER_WIDTH_MAX), "2"),
+	{NUMBER("width", image_desc, filter_width, support, "2")},
 	{0},
 };
 static const struct pen_field gaussian_fields[] = {
-	NUMBER("width", image_desc, filter_width, RANGE(0.01, PEN_FILTER_WIDTH_MAX), "3"),
+	{NUMBER("width", image_desc, filter_width, support, "3")},
 	{0},
 };
 static const struct pen_field mitchell_fields[] = {
-	NUMBER("width", image_desc, filter_width, RANGE(0.01, PEN_FILTER_WIDTH_MAX), "4"),
+	{NUMBER("width", image_desc, filter_width, support, "4")},
 	{0},
 };
 static const struct pen_table box_table = {box_fields, NULL};
@@ -135,6 +89,7 @@ static const struct pen_variants filter = {
 static void read_crop(
 	struct pen_reader *reader, const struct pen_place *at, json_t *value, void *desc)
 {
+	static const struct pen_range edge = {0, PEN_IMAGE_SIDE_MAX};
 	struct pen_rect *crop = desc;
 	uint32_t *edges[] = {&crop->x0, &crop->y0, &crop->x1, &crop->y1};
 
@@ -145,8 +100,7 @@ static void read_crop(
 	for (size_t i = 0; i < 4; i++) {
 		struct pen_place element = pen_place_element(at, i);
 
-		(void)pen_integer_read(reader, &element, json_array_get(value, i),
-			(struct pen_range){0, PEN_IMAGE_SIDE_MAX}, edges[i]);
+		(void)pen_integer_read(reader, &element, json_array_get(value, i), edge, edges[i]);
 	}
 }
 
@@ -161,12 +115,12 @@ static void read_aovs(
 }
 
 static const struct pen_field image_fields[] = {
-	INTEGER("width", image_desc, width, RANGE(1, PEN_IMAGE_SIDE_MAX), PEN_REQUIRED),
-	INTEGER("height", image_desc, height, RANGE(1, PEN_IMAGE_SIDE_MAX), PEN_REQUIRED),
-	VARIANT("filter", 0, &filter, "{}"),
-	READ("crop", OF(image_desc, crop), read_crop, PEN_ABSENT),
-	NUMBER("exposure", image_desc, exposure, RANGE(-64, 64), "0"),
-	READ("aovs", 0, read_aovs, "[]"),
+	{INTEGER("width", image_desc, width, pixels, PEN_REQUIRED)},
+	{INTEGER("height", image_desc, height, pixels, PEN_REQUIRED)},
+	{VARIANT("filter", 0, filter, "{}")},
+	{READ("crop", OF(image_desc, crop), read_crop, PEN_ABSENT)},
+	{NUMBER("exposure", image_desc, exposure, stops, "0")},
+	{READ("aovs", 0, read_aovs, "[]")},
 	{0},
 };
 static const struct pen_table image_table = {image_fields, pen_check_image};
@@ -174,17 +128,17 @@ static const struct pen_table image_table = {image_fields, pen_check_image};
 /* Camera */
 
 static const struct pen_field shutter_fields[] = {
-	NUMBER("open", camera_desc, shutter_open, TIME, "0"),
-	NUMBER("close", camera_desc, shutter_close, TIME, "0"),
+	{NUMBER("open", camera_desc, shutter_open, instant, "0")},
+	{NUMBER("close", camera_desc, shutter_close, instant, "0")},
 	{0},
 };
 static const struct pen_table shutter_table = {shutter_fields, pen_check_shutter};
 
 static const struct pen_field camera_key_fields[] = {
-	NUMBER("time", camera_key, time, TIME, PEN_REQUIRED),
-	VECTOR3("position", camera_key, position, WORLD, PEN_ABSENT),
-	VECTOR3("look_at", camera_key, look_at, WORLD, PEN_ABSENT),
-	VECTOR3("up", camera_key, up, WORLD, PEN_ABSENT),
+	{NUMBER("time", camera_key, time, instant, PEN_REQUIRED)},
+	{VECTOR3("position", camera_key, position, world, PEN_ABSENT)},
+	{VECTOR3("look_at", camera_key, look_at, world, PEN_ABSENT)},
+	{VECTOR3("up", camera_key, up, world, PEN_ABSENT)},
 	{0},
 };
 static const struct pen_table camera_key_table = {camera_key_fields, NULL};
@@ -198,18 +152,18 @@ static const struct pen_variant focal_surfaces[] = {
 };
 
 static const struct pen_field camera_fields[] = {
-	LATER("from"),
-	VECTOR3("position", camera_desc, position, WORLD, "[0, 2, 10]"),
-	VECTOR3("look_at", camera_desc, look_at, WORLD, "[0, 0, 0]"),
-	VECTOR3("up", camera_desc, up, WORLD, "[0, 1, 0]"),
-	NUMBER("horizontal_fov", camera_desc, horizontal_fov, RANGE(0.01, 179), "50"),
-	NUMBER("aperture_radius", camera_desc, aperture_radius, MAGNITUDE, "0"),
-	NUMBER("focus_distance", camera_desc, focus_distance, POSITIVE, PEN_ABSENT),
-	CHOICE("focal_surface", camera_desc, focal_surface, focal_surfaces, "\"plane\""),
-	INTEGER("blades", camera_desc, blades, RANGE(0, PEN_BLADES_MAX), "0"),
-	NUMBER("blade_rotation", camera_desc, blade_rotation, TURN, "0"),
-	TABLE("shutter", 0, &shutter_table, PEN_ABSENT),
-	LIST("keyframes", camera_desc, keys, &camera_keys, "[]"),
+	{LATER("from")},
+	{VECTOR3("position", camera_desc, position, world, "[0, 2, 10]")},
+	{VECTOR3("look_at", camera_desc, look_at, world, "[0, 0, 0]")},
+	{VECTOR3("up", camera_desc, up, world, "[0, 1, 0]")},
+	{NUMBER("horizontal_fov", camera_desc, horizontal_fov, field_of_view, "50")},
+	{NUMBER("aperture_radius", camera_desc, aperture_radius, magnitude, "0")},
+	{NUMBER("focus_distance", camera_desc, focus_distance, positive, PEN_ABSENT)},
+	{CHOICE("focal_surface", camera_desc, focal_surface, focal_surfaces, "\"plane\"")},
+	{INTEGER("blades", camera_desc, blades, blades, "0")},
+	{NUMBER("blade_rotation", camera_desc, blade_rotation, turn, "0")},
+	{TABLE("shutter", 0, shutter_table, PEN_ABSENT)},
+	{LIST("keyframes", camera_desc, keys, camera_keys, "[]")},
 	{0},
 };
 static const struct pen_table camera_table = {camera_fields, pen_check_camera};
@@ -217,11 +171,11 @@ static const struct pen_table camera_table = {camera_fields, pen_check_camera};
 /* Integrator, sampling, background */
 
 static const struct pen_field integrator_fields[] = {
-	INTEGER("max_depth", integrator_desc, max_depth, RANGE(1, PEN_DEPTH_MAX), "6"),
+	{INTEGER("max_depth", integrator_desc, max_depth, depth, "6")},
 	{0},
 };
 static const struct pen_field whitted_fields[] = {
-	INTEGER("max_depth", integrator_desc, max_depth, RANGE(1, PEN_WHITTED_DEPTH_MAX), "6"),
+	{INTEGER("max_depth", integrator_desc, max_depth, whitted_depth, "6")},
 	{0},
 };
 static const struct pen_table integrator_table = {integrator_fields, NULL};
@@ -242,14 +196,14 @@ static const struct pen_variant sequences[] = {
 	{0},
 };
 static const struct pen_field uniform_fields[] = {
-	INTEGER("samples", sampling_desc, samples, RANGE(1, PEN_SAMPLES_MAX), "64"),
-	CHOICE("sequence", sampling_desc, sequence, sequences, "\"sobol\""),
-	INTEGER("seed", sampling_desc, seed, RANGE(0, UINT32_MAX), "0"),
-	LATER("threshold"),
-	LATER("error"),
-	LATER("confidence"),
-	LATER("min_samples"),
-	LATER("pattern"),
+	{INTEGER("samples", sampling_desc, samples, sample_count, "64")},
+	{CHOICE("sequence", sampling_desc, sequence, sequences, "\"sobol\"")},
+	{INTEGER("seed", sampling_desc, seed, any_seed, "0")},
+	{LATER("threshold")},
+	{LATER("error")},
+	{LATER("confidence")},
+	{LATER("min_samples")},
+	{LATER("pattern")},
 	{0},
 };
 static const struct pen_table uniform_table = {uniform_fields, NULL};
@@ -263,10 +217,10 @@ static const struct pen_variant sampling_modes[] = {
 static const struct pen_variants sampling = {"mode", "uniform", PEN_NOWHERE, sampling_modes};
 
 static const struct pen_field background_fields[] = {
-	VECTOR3("color", scene, background, MAGNITUDE, "[0, 0, 0]"),
-	LATER("image"),
-	LATER("intensity"),
-	LATER("rotation"),
+	{VECTOR3("color", scene, background, magnitude, "[0, 0, 0]")},
+	{LATER("image")},
+	{LATER("intensity")},
+	{LATER("rotation")},
 	{0},
 };
 static const struct pen_table background_table = {background_fields, NULL};
@@ -274,18 +228,18 @@ static const struct pen_table background_table = {background_fields, NULL};
 /* Materials */
 
 static const struct pen_field matte_fields[] = {
-	VECTOR3("color", material_desc, color, UNIT, "[0.5, 0.5, 0.5]"),
+	{VECTOR3("color", material_desc, color, unit, "[0.5, 0.5, 0.5]")},
 	{0},
 };
 static const struct pen_field glossy_fields[] = {
-	VECTOR3("color", material_desc, color, UNIT, "[0.8, 0.8, 0.8]"),
-	NUMBER("roughness", material_desc, roughness, UNIT, "0.25"),
+	{VECTOR3("color", material_desc, color, unit, "[0.8, 0.8, 0.8]")},
+	{NUMBER("roughness", material_desc, roughness, unit, "0.25")},
 	{0},
 };
 static const struct pen_field glass_fields[] = {
-	VECTOR3("color", material_desc, color, UNIT, "[1, 1, 1]"),
-	NUMBER("ior", material_desc, ior, RANGE(0.1, 10), "1.5"),
-	NUMBER("roughness", material_desc, roughness, UNIT, "0"),
+	{VECTOR3("color", material_desc, color, unit, "[1, 1, 1]")},
+	{NUMBER("ior", material_desc, ior, refraction, "1.5")},
+	{NUMBER("roughness", material_desc, roughness, unit, "0")},
 	{0},
 };
 static const struct pen_table matte_table = {matte_fields, NULL};
@@ -325,8 +279,7 @@ static void read_materials(
 	materials = pen_reader_alloc(reader, count + 1, sizeof *materials);
 	if (!materials)
 		return;
-	json_object_foreach(value, name, element)
-	{
+	json_object_foreach (value, name, element) {
 		struct pen_place place = {at, name, i};
 
 		materials[i].name = pen_reader_text(reader, name);
@@ -342,17 +295,19 @@ static void read_materials(
 
 /* Objects */
 
-#define POSE_ROWS(type, prefix)                                                                    \
-	VECTOR3("translate", type, prefix translate, WORLD, "[0, 0, 0]"),                          \
-		VECTOR4("rotate", type, prefix rotate, WORLD, "[0, 0, 0, 1]"),                     \
-		VECTOR3("scale", type, prefix scale, SCALE, "[1, 1, 1]")
+/* clang-format off */
+#define POSE_ROWS(type, prefix) \
+	{VECTOR3("translate", type, prefix translate, world, "[0, 0, 0]")}, \
+	{VECTOR4("rotate", type, prefix rotate, world, "[0, 0, 0, 1]")}, \
+	{VECTOR3("scale", type, prefix scale, scale, "[1, 1, 1]")}
+/* clang-format on */
 
 static const struct pen_field transform_fields[] = {
 	POSE_ROWS(pose, ),
 	{0},
 };
 static const struct pen_field pose_key_fields[] = {
-	NUMBER("time", pose_key, time, TIME, PEN_REQUIRED),
+	{NUMBER("time", pose_key, time, instant, PEN_REQUIRED)},
 	POSE_ROWS(pose_key, pose.),
 	{0},
 };
@@ -370,30 +325,33 @@ static void read_name(
 		pen_reader_refuse(reader, at, "must be a string");
 }
 
-#define OBJECT_ROWS                                                                                \
-	TEXT("name", object_desc, name, PEN_ABSENT), READ("material", 0, read_name, PEN_ABSENT),   \
-		BOOLEAN("visible", object_desc, visible, "true"),                                  \
-		TABLE("transform", OF(object_desc, transform), &transform_table, "{}"),            \
-		LIST("keyframes", object_desc, keys, &pose_keys, "[]")
+/* clang-format off */
+#define OBJECT_ROWS \
+	{TEXT("name", object_desc, name, PEN_ABSENT)}, \
+	{READ("material", 0, read_name, PEN_ABSENT)}, \
+	{BOOLEAN("visible", object_desc, visible, "true")}, \
+	{TABLE("transform", OF(object_desc, transform), transform_table, "{}")}, \
+	{LIST("keyframes", object_desc, keys, pose_keys, "[]")}
+/* clang-format on */
 
 static const struct pen_field sphere_fields[] = {
 	OBJECT_ROWS,
-	VECTOR3("center", object_desc, u.sphere.center, WORLD, "[0, 0, 0]"),
-	NUMBER("radius", object_desc, u.sphere.radius, POSITIVE, "1"),
+	{VECTOR3("center", object_desc, u.sphere.center, world, "[0, 0, 0]")},
+	{NUMBER("radius", object_desc, u.sphere.radius, positive, "1")},
 	{0},
 };
 static const struct pen_field mesh_fields[] = {
 	OBJECT_ROWS,
-	READ("vertices", 0, pen_mesh_read_vertices, PEN_ABSENT),
-	READ("vertices_at", 0, pen_mesh_read_keys, "[]"),
-	READ("indices", 0, pen_mesh_read_indices, PEN_REQUIRED),
-	READ("normals", 0, pen_mesh_read_normals, "[]"),
-	READ("uvs", 0, pen_mesh_read_uvs, "[]"),
+	{READ("vertices", 0, pen_mesh_read_vertices, PEN_ABSENT)},
+	{READ("vertices_at", 0, pen_mesh_read_keys, "[]")},
+	{READ("indices", 0, pen_mesh_read_indices, PEN_REQUIRED)},
+	{READ("normals", 0, pen_mesh_read_normals, "[]")},
+	{READ("uvs", 0, pen_mesh_read_uvs, "[]")},
 	{0},
 };
 static const struct pen_field instance_fields[] = {
 	OBJECT_ROWS,
-	READ("of", 0, read_name, PEN_REQUIRED),
+	{READ("of", 0, read_name, PEN_REQUIRED)},
 	{0},
 };
 static const struct pen_table sphere_table = {sphere_fields, pen_check_object};
@@ -425,58 +383,60 @@ static void read_corners(
 	for (size_t i = 0; i < 3; i++) {
 		struct pen_place element = pen_place_element(at, i);
 
-		(void)pen_vector_read(reader, &element, json_array_get(value, i), 3,
-			(struct pen_range)WORLD, vertices[i]);
+		(void)pen_vector_read(
+			reader, &element, json_array_get(value, i), 3, world, vertices[i]);
 	}
 }
 
-#define AREA_ROWS                                                                                  \
-	VECTOR3("radiance", light_desc, color, MAGNITUDE, "[1, 1, 1]"),                            \
-		BOOLEAN("visible", light_desc, visible, "true")
+/* clang-format off */
+#define AREA_ROWS \
+	{VECTOR3("radiance", light_desc, color, magnitude, "[1, 1, 1]")}, \
+	{BOOLEAN("visible", light_desc, visible, "true")}
+/* clang-format on */
 
 static const struct pen_field rectangle_fields[] = {
 	AREA_ROWS,
-	VECTOR3("corner", light_desc, u.rectangle.corner, WORLD, "[0, 0, 0]"),
-	VECTOR3("edge_u", light_desc, u.rectangle.edge_u, WORLD, "[1, 0, 0]"),
-	VECTOR3("edge_v", light_desc, u.rectangle.edge_v, WORLD, "[0, 0, 1]"),
+	{VECTOR3("corner", light_desc, u.rectangle.corner, world, "[0, 0, 0]")},
+	{VECTOR3("edge_u", light_desc, u.rectangle.edge_u, world, "[1, 0, 0]")},
+	{VECTOR3("edge_v", light_desc, u.rectangle.edge_v, world, "[0, 0, 1]")},
 	{0},
 };
 static const struct pen_field triangle_fields[] = {
 	AREA_ROWS,
-	READ("vertices", OF(light_desc, u.triangle.vertices), read_corners,
-		"[[0, 0, 0], [1, 0, 0], [0, 0, 1]]"),
+	{READ("vertices", OF(light_desc, u.triangle.vertices), read_corners,
+		"[[0, 0, 0], [1, 0, 0], [0, 0, 1]]")},
 	{0},
 };
 static const struct pen_field disk_fields[] = {
 	AREA_ROWS,
-	VECTOR3("center", light_desc, u.disk.center, WORLD, "[0, 0, 0]"),
-	VECTOR3("normal", light_desc, u.disk.normal, WORLD, "[0, -1, 0]"),
-	NUMBER("radius", light_desc, u.disk.radius, POSITIVE, "1"),
+	{VECTOR3("center", light_desc, u.disk.center, world, "[0, 0, 0]")},
+	{VECTOR3("normal", light_desc, u.disk.normal, world, "[0, -1, 0]")},
+	{NUMBER("radius", light_desc, u.disk.radius, positive, "1")},
 	{0},
 };
 static const struct pen_field ball_fields[] = {
 	AREA_ROWS,
-	VECTOR3("center", light_desc, u.sphere.center, WORLD, "[0, 0, 0]"),
-	NUMBER("radius", light_desc, u.sphere.radius, POSITIVE, "1"),
+	{VECTOR3("center", light_desc, u.sphere.center, world, "[0, 0, 0]")},
+	{NUMBER("radius", light_desc, u.sphere.radius, positive, "1")},
 	{0},
 };
 static const struct pen_field point_fields[] = {
-	VECTOR3("intensity", light_desc, color, MAGNITUDE, "[1, 1, 1]"),
-	VECTOR3("position", light_desc, u.point.position, WORLD, "[0, 0, 0]"),
+	{VECTOR3("intensity", light_desc, color, magnitude, "[1, 1, 1]")},
+	{VECTOR3("position", light_desc, u.point.position, world, "[0, 0, 0]")},
 	{0},
 };
 static const struct pen_field spot_fields[] = {
-	VECTOR3("intensity", light_desc, color, MAGNITUDE, "[1, 1, 1]"),
-	VECTOR3("position", light_desc, u.spot.position, WORLD, "[0, 0, 0]"),
-	VECTOR3("direction", light_desc, u.spot.direction, WORLD, "[0, -1, 0]"),
-	NUMBER("cone_angle", light_desc, u.spot.cone_angle, RANGE(0.01, 180), "30"),
-	NUMBER("blend", light_desc, u.spot.blend, UNIT, "0"),
+	{VECTOR3("intensity", light_desc, color, magnitude, "[1, 1, 1]")},
+	{VECTOR3("position", light_desc, u.spot.position, world, "[0, 0, 0]")},
+	{VECTOR3("direction", light_desc, u.spot.direction, world, "[0, -1, 0]")},
+	{NUMBER("cone_angle", light_desc, u.spot.cone_angle, cone, "30")},
+	{NUMBER("blend", light_desc, u.spot.blend, unit, "0")},
 	{0},
 };
 static const struct pen_field directional_fields[] = {
-	VECTOR3("irradiance", light_desc, color, MAGNITUDE, "[1, 1, 1]"),
-	VECTOR3("direction", light_desc, u.directional.direction, WORLD, "[0, -1, 0]"),
-	NUMBER("angle", light_desc, u.directional.angle, HALF_TURN, "0"),
+	{VECTOR3("irradiance", light_desc, color, magnitude, "[1, 1, 1]")},
+	{VECTOR3("direction", light_desc, u.directional.direction, world, "[0, -1, 0]")},
+	{NUMBER("angle", light_desc, u.directional.angle, half_turn, "0")},
 	{0},
 };
 static const struct pen_table rectangle_table = {rectangle_fields, pen_check_rectangle};
@@ -505,24 +465,25 @@ static const struct pen_list lights = {
 static void read_version(
 	struct pen_reader *reader, const struct pen_place *at, json_t *value, void *desc)
 {
+	static const struct pen_range only = {1, 1};
 	uint32_t version;
 
 	(void)desc;
-	(void)pen_integer_read(reader, at, value, (struct pen_range){1, 1}, &version);
+	(void)pen_integer_read(reader, at, value, only, &version);
 }
 
 static const struct pen_field scene_fields[] = {
-	READ("version", 0, read_version, PEN_REQUIRED),
-	TABLE("image", OF(scene, image), &image_table, PEN_REQUIRED),
-	TABLE("camera", OF(scene, camera), &camera_table, "{}"),
-	VARIANT("integrator", OF(scene, integrator), &integrator, "{}"),
-	VARIANT("sampling", OF(scene, sampling), &sampling, "{}"),
-	TABLE("background", 0, &background_table, "{}"),
-	LATER("textures"),
-	READ("materials", 0, read_materials, "{}"),
-	LIST("objects", scene, objects, &objects, "[]"),
-	LIST("lights", scene, lights, &lights, "[]"),
-	LATER("frames"),
+	{READ("version", 0, read_version, PEN_REQUIRED)},
+	{TABLE("image", OF(scene, image), image_table, PEN_REQUIRED)},
+	{TABLE("camera", OF(scene, camera), camera_table, "{}")},
+	{VARIANT("integrator", OF(scene, integrator), integrator, "{}")},
+	{VARIANT("sampling", OF(scene, sampling), sampling, "{}")},
+	{TABLE("background", 0, background_table, "{}")},
+	{LATER("textures")},
+	{READ("materials", 0, read_materials, "{}")},
+	{LIST("objects", scene, objects, objects, "[]")},
+	{LIST("lights", scene, lights, lights, "[]")},
+	{LATER("frames")},
 	{0},
 };
 const struct pen_table pen_format_scene = {scene_fields, NULL};

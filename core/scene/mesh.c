@@ -70,11 +70,12 @@ static void read_key_vertices(
 	reading->key.vertices = read_vertices(reader, at, value, reading->mesh);
 }
 
+static const struct pen_range instants = {-PEN_TIME_MAX, PEN_TIME_MAX};
 static const struct pen_field mesh_key_fields[] = {
 	{.key = "time",
 		.kind = PEN_KIND_NUMBER,
 		.offset = offsetof(struct mesh_key_reading, key.time),
-		.range = {-PEN_TIME_MAX, PEN_TIME_MAX},
+		.range = &instants,
 		.fallback = PEN_REQUIRED},
 	{.key = "vertices",
 		.kind = PEN_KIND_READ,

@@ -14,7 +14,8 @@ static size_t count_values(json_t *tree)
 	size_t count = 1;
 
 	if (json_is_object(tree))
-		json_object_foreach(tree, key, value) count += count_values(value);
+		json_object_foreach (tree, key, value)
+			count += count_values(value);
 	for (size_t i = 0; i < json_array_size(tree); i++)
 		count += count_values(json_array_get(tree, i));
 	return count;
