@@ -88,8 +88,7 @@ static void offenders_print(const json_t *answer)
 	const json_t *error;
 	size_t i;
 
-	json_array_foreach(json_object_get(answer, "errors"), i, error)
-	{
+	json_array_foreach (json_object_get(answer, "errors"), i, error) {
 		const char *pointer = json_string_value(json_object_get(error, "pointer"));
 		const char *detail = json_string_value(json_object_get(error, "detail"));
 

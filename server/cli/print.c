@@ -40,8 +40,7 @@ void pen_print_members(json_t *object)
 	const char *key;
 	json_t *value;
 
-	json_object_foreach(object, key, value)
-	{
+	json_object_foreach (object, key, value) {
 		if (json_is_object(value) || json_is_array(value) || json_is_null(value))
 			continue;
 		value_format(value, text);
@@ -58,8 +57,7 @@ static void widths_measure(
 
 	for (size_t k = 0; k < key_count; k++)
 		ret_widths[k] = strlen(keys[k]);
-	json_array_foreach(rows, i, row)
-	{
+	json_array_foreach (rows, i, row) {
 		for (size_t k = 0; k < key_count; k++) {
 			value_format(json_object_get(row, keys[k]), text);
 			if (strlen(text) > ret_widths[k])
@@ -77,8 +75,7 @@ void pen_print_table(const json_t *rows, const char *const *keys, size_t key_cou
 	widths_measure(rows, keys, key_count, widths);
 	for (size_t k = 0; k < key_count; k++)
 		(void)printf("%-*s%s", (int)widths[k], keys[k], k + 1 < key_count ? "  " : "\n");
-	json_array_foreach(rows, i, row)
-	{
+	json_array_foreach (rows, i, row) {
 		for (size_t k = 0; k < key_count; k++) {
 			value_format(json_object_get(row, keys[k]), text);
 			(void)printf(

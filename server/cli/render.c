@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/interrupt.h"
 #include "server/cli/options.h"
@@ -6,6 +7,7 @@
 #include "server/cli/print.h"
 #include "server/cli/private_farm.h"
 #include "server/cli/renders.h"
+#include "server/cli/scene_text.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -57,6 +59,7 @@ static const struct pen_usage usage = {
 /* All that a run holds; outputs up to output_count are open. */
 struct run {
 	const struct pen_options *options;
+	struct pen_buf scene;
 	struct pen_output outputs[PEN_OUTPUTS_MAX];
 	size_t output_count;
 	struct pen_private_farm farm;
@@ -133,14 +136,17 @@ static void outcome_print(const struct run *run)
 
 static int run_through(struct run *run, bool *ret_refused)
 {
-	int r = outputs_open(run);
+	int r = pen_scene_text_read(run->options->operand, &run->scene, &run->err);
 
+	*ret_refused = pen_renders_refused(r);
+	if (r == 0)
+		r = outputs_open(run);
 	if (r == 0)
 		r = farm_open(run);
 	if (r < 0)
 		return r;
-	r = pen_renders_submit(run->client, run->options->operand, run->options->override,
-		&run->resource, &run->err);
+	r = pen_renders_submit(
+		run->client, &run->scene, run->options->override, &run->resource, &run->err);
 	*ret_refused = pen_renders_refused(r);
 	if (r == 0)
 		r = render(run);
@@ -154,6 +160,7 @@ static void run_finish(struct run *run)
 	pen_private_farm_stop(&run->farm);
 	pen_client_destroy(run->client);
 	json_decref(run->finished);
+	pen_buf_finish(&run->scene);
 	for (size_t i = 0; i < run->output_count; i++)
 		pen_output_finish(&run->outputs[i]);
 }
@@ -172,6 +179,7 @@ int pen_cli_render(int argc, char **argv)
 		return pen_cli_usage("render", "where to? -o FILE is missing");
 	}
 	pen_interrupt_catch();
+	pen_buf_init(&run.scene, PEN_SCENE_BYTES_MAX);
 	if (run_through(&run, &refused) == 0) {
 		outcome_print(&run);
 	} else {

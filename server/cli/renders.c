@@ -6,59 +6,11 @@
 #include "core/base/limits.h"
 #include "server/cli/interrupt.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { PATH_SIZE = PEN_RESOURCE_ID_MAX + 64, BUSY_WAIT_MS = 200, BUSY_TRIES = 150 };
-
-static int bytes_read(int fd, const char *path, struct pen_buf *out, struct pen_error *err)
-{
-	char bytes[65536];
-	ssize_t n;
-
-	while ((n = read(fd, bytes, sizeof bytes)) != 0) {
-		if (n < 0 && errno != EINTR)
-			return pen_error_system(err, errno, "read %s", path);
-		if (n > 0 && pen_buf_append(out, bytes, (size_t)n) < 0)
-			return pen_error_set(err, PEN_ELIMIT, "%s is larger than %u MiB", path,
-				PEN_SCENE_BYTES_MAX >> 20);
-		if (pen_interrupted())
-			return pen_error_set(err, PEN_ECLOSED, "interrupted");
-	}
-	return 0;
-}
-
-static int file_read(const char *path, struct pen_buf *out, struct pen_error *err)
-{
-	bool standard_input = strcmp(path, "-") == 0;
-	int fd = standard_input ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
-	int r;
-
-	if (fd < 0)
-		return pen_error_system(err, errno, "open %s", path);
-	r = bytes_read(fd, path, out, err);
-	if (!standard_input)
-		close(fd);
-	return r;
-}
-
-/* So that a slip of the pen is told in the file's own lines, before an envelope is around it. */
-static int text_check(const char *path, const struct pen_buf *text, struct pen_error *err)
-{
-	json_error_t where;
-	json_t *tree = json_loadb(
-		text->size ? text->data : "", text->size, JSON_REJECT_DUPLICATES, &where);
-
-	if (!tree)
-		return pen_error_set(err, PEN_EINVALID, "%s: line %d, column %d, byte %d: %s", path,
-			where.line, where.column, where.position, where.text);
-	json_decref(tree);
-	return 0;
-}
 
 /* The scene's own text goes into the envelope, so that its numbers stay as they were written. */
 static int envelope_write(const struct pen_buf *scene, const json_t *override, struct pen_buf *out,
@@ -85,24 +37,18 @@ static int answer_read(
 	return pen_resource_read(pen_client_answer(client), ret_resource, err);
 }
 
-int pen_renders_submit(struct pen_client *client, const char *path, const json_t *override,
-	struct pen_resource *ret_resource, struct pen_error *err)
+int pen_renders_submit(struct pen_client *client, const struct pen_buf *scene,
+	const json_t *override, struct pen_resource *ret_resource, struct pen_error *err)
 {
-	struct pen_buf scene, body;
+	struct pen_buf body;
 	int r;
 
-	pen_buf_init(&scene, PEN_SCENE_BYTES_MAX);
 	pen_buf_init(&body, PEN_HTTP_BODY_MAX);
-	r = file_read(path, &scene, err);
-	if (r == 0)
-		r = text_check(path, &scene, err);
-	if (r == 0)
-		r = envelope_write(&scene, override, &body, err);
+	r = envelope_write(scene, override, &body, err);
 	if (r == 0)
 		r = pen_client_call(client, "POST", "/v1/renders", body.data, body.size, err);
 	if (r == 0)
 		r = answer_read(client, ret_resource, err);
-	pen_buf_finish(&scene);
 	pen_buf_finish(&body);
 	return r;
 }

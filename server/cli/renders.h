@@ -2,20 +2,19 @@
 #ifndef PEN_SERVER_CLI_RENDERS_H
 #define PEN_SERVER_CLI_RENDERS_H
 
+#include "core/base/buf.h"
 #include "server/cli/client.h"
 #include "server/cli/progress.h"
 #include "server/cli/resource.h"
 
 /* What a client does with renders. Each leaves the server's answer in client. */
 
-/*
- * Submits the scene of a file ("-": standard input), with override (a JSON Merge Patch; NULL: as
- * it is). PEN_EINVALID and PEN_ELIMIT: the scene is refused.
- */
-int pen_renders_submit(struct pen_client *client, const char *path, const json_t *override,
-	struct pen_resource *ret_resource, struct pen_error *err);
+/* Submits a scene with override, a JSON Merge Patch onto it (NULL: as it is). */
+int pen_renders_submit(struct pen_client *client, const struct pen_buf *scene,
+	const json_t *override, struct pen_resource *ret_resource, struct pen_error *err);
 
-/* Whether what pen_renders_submit returned says that the scene is at fault. */
+/* Whether what submitting, or reading the scene before, returned says that the scene is at fault.
+ */
 bool pen_renders_refused(int code);
 
 int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,

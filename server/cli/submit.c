@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/print.h"
 #include "server/cli/renders.h"
+#include "server/cli/scene_text.h"
 #include "server/cli/session.h"
 
 #include <stdio.h>
@@ -42,12 +44,17 @@ int pen_cli_submit(int argc, char **argv)
 {
 	struct pen_resource resource;
 	struct pen_session session;
+	struct pen_buf scene;
 	int code, r;
 
 	if (!pen_session_open(&session, &usage, argc, argv, &code))
 		return code;
-	r = pen_renders_submit(session.client, session.options.operand, session.options.override,
-		&resource, &session.err);
+	pen_buf_init(&scene, PEN_SCENE_BYTES_MAX);
+	r = pen_scene_text_read(session.options.operand, &scene, &session.err);
+	if (r == 0)
+		r = pen_renders_submit(
+			session.client, &scene, session.options.override, &resource, &session.err);
+	pen_buf_finish(&scene);
 	if (r == 0 && session.options.json)
 		pen_print_json(pen_client_answer(session.client));
 	else if (r == 0)
