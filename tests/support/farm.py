@@ -103,8 +103,10 @@ class Worker:
 
 
 class Farm:
-    def __init__(self, processes=2, *arguments, data=None):
+    def __init__(self, processes=2, *arguments, data=None, binaries=BIN, prefix=()):
+        """arguments go to serve; prefix is a command to run it under, as valgrind."""
         self.processes = processes
+        self.binaries, self.prefix = pathlib.Path(binaries), list(prefix)
         self.arguments = [str(a) for a in arguments]
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="penumbra-test-"))
         self.data = pathlib.Path(data) if data else self.directory / "data"
@@ -134,16 +136,16 @@ class Farm:
             shutil.rmtree(self.directory, ignore_errors=True)
 
     def command(self):
-        return [program("penumbra"), "serve", "--data", str(self.data),
+        return [*self.prefix, str(self.binaries / "penumbra"), "serve", "--data", str(self.data),
                 "--listen", "127.0.0.1:0", "--worker-listen", "127.0.0.1:0",
                 "--processes", str(self.processes), *self.arguments]
 
-    def start(self, prefix=()):
-        """Starts the coordinator (again); prefix is a command to run it under."""
+    def start(self):
+        """Starts the coordinator, on the same data directory when it ran before."""
         ports = self.data / "ports"
         ports.unlink(missing_ok=True)
         with open(self.log, "ab") as log:
-            self.server = subprocess.Popen([*prefix, *self.command()], stdin=subprocess.DEVNULL,
+            self.server = subprocess.Popen(self.command(), stdin=subprocess.DEVNULL,
                                            stdout=log, stderr=log)
 
         def ready():
