@@ -19,14 +19,16 @@ struct pen_camera_segment {
 	float angle_turns;	  /* half the rotation's angle */
 };
 
-/*
- * A thin lens. Its axes: x right, y up, and it looks along -z. Pixel (0, 0) is top left, its
- * centre at film position (0.5, 0.5).
- */
+/* Axes of length 1. */
+struct pen_camera_frame {
+	struct pen_vec3 position, right, up, forward;
+};
+
+/* A thin lens. Pixel (0, 0) is top left, its centre at film position (0.5, 0.5). */
 struct pen_camera {
-	struct pen_vec3 position, right, up, forward; /* without motion */
-	float tan_x, tan_y;			      /* of half the field of view */
-	float film_x, film_y;			      /* 2 / width, 2 / height */
+	struct pen_camera_frame frame; /* when the shutter opens */
+	float tan_x, tan_y;	       /* of half the field of view */
+	float pixel_x, pixel_y;	       /* a pixel's share of half the film */
 	float aperture_radius;
 	float inv_focus; /* 1 / focus distance; 0 for a pinhole */
 	enum pen_focal_surface focal_surface;

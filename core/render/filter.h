@@ -18,7 +18,7 @@ enum { PEN_FILTER_CELLS = 1024 };
 struct pen_filter {
 	float offset[PEN_FILTER_CELLS + 2]; /* pixels; a guard behind the last */
 	float radius;			    /* half the support, pixels */
-	float norm;			    /* density of offset x: norm * |f(x / radius)| */
+	float norm;			    /* makes the integral of f over the half axis 1 */
 	bool has_negative;		    /* mitchell: weights are f / density, else 1 */
 };
 

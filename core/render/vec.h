@@ -110,10 +110,10 @@ struct pen_sincos {
 	float sin, cos;
 };
 
-/* sin and cos of 2 pi u, 0 <= u < 2^20: error 1.2e-7, relative near sin = 0. */
+/* sin and cos of 2 pi u, |u| < 2^20: error 1.2e-7. */
 static inline struct pen_sincos pen_sincos_turns(float u)
 {
-	const int32_t quarter = (int32_t)(u * 4.0f + 0.5f);
+	const int32_t quarter = (int32_t)floorf(u * 4.0f + 0.5f);
 	const float r = u - (float)quarter * 0.25f; /* exact, |r| <= 1/8 */
 	const float t = r * r;
 	const float s =
@@ -125,8 +125,8 @@ static inline struct pen_sincos pen_sincos_turns(float u)
 	const float cosine = (quarter & 1) != 0 ? s : c;
 
 	return (struct pen_sincos){
-		.sin = (quarter & 2) != 0 ? -sine : sine,
-		.cos = ((quarter + 1) & 2) != 0 ? -cosine : cosine,
+		.sin = sine * (float)(1 - (quarter & 2)),
+		.cos = cosine * (float)(1 - ((quarter + 1) & 2)),
 	};
 }
 

@@ -45,9 +45,10 @@ static inline struct pen_vec2 pen_warp_disk(float u, float v)
 	const int wide = fabsf(a) > fabsf(b);
 	const float r = wide ? a : b;
 	const float other = wide ? b : a;
-	/* |other / r| <= 1 eighths of a turn; the offset keeps the argument positive. */
-	const float eighths = r != 0.0f ? other / r : 0.0f;
-	const struct pen_sincos sc = pen_sincos_turns(1.0f + 0.125f * eighths);
+	/* In eighths of a turn. The summand is lost on all but r = 0, and there makes it 0 / tiny.
+	 */
+	const float angle = other / (r + 0x1p-60f);
+	const struct pen_sincos sc = pen_sincos_turns(0.125f * angle);
 
 	return (struct pen_vec2){
 		r * (wide ? sc.cos : sc.sin),
