@@ -1,0 +1,723 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/store.h"
+
+#include "core/base/limits.h"
+#include "server/durable.h"
+#include "server/scene_file.h"
+
+#include <assert.h>
+#include <limits.h>
+#include <pthread.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SCHEMA_VERSION = 1, BUSY_MS = 5000 };
+
+/* In the order of enum statement_name. */
+static const char *const statement_texts[] = {
+	"BEGIN IMMEDIATE",
+	"COMMIT",
+	"ROLLBACK",
+	"INSERT OR REPLACE INTO jobs (number, id, state, name, scene, class, content, priority,"
+	" width, height, crop_x0, crop_y0, crop_x1, crop_y1, tile_px, samples, exposure,"
+	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
+	" restarts, error_code, error_text, image_revision)"
+	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
+	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28)",
+	"INSERT OR REPLACE INTO tiles (job, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4)",
+	"DELETE FROM tiles WHERE job = ?1",
+	"DELETE FROM jobs WHERE number = ?1",
+	"INSERT OR IGNORE INTO removed (id) VALUES (?1)",
+	"SELECT count(*) FROM jobs WHERE scene = ?1",
+};
+
+enum statement_name {
+	BEGIN,
+	COMMIT,
+	ROLLBACK,
+	PUT_JOB,
+	PUT_TILE,
+	FORGET_TILES,
+	FORGET_JOB,
+	PUT_REMOVED,
+	COUNT_SCENE,
+	STATEMENT_COUNT
+};
+
+static_assert(sizeof statement_texts / sizeof *statement_texts == STATEMENT_COUNT,
+	"a text for each statement");
+
+static const char settings[] = "PRAGMA journal_mode = WAL;"
+			       "PRAGMA synchronous = FULL;"
+			       "PRAGMA foreign_keys = ON;"
+			       "PRAGMA trusted_schema = OFF;"
+			       "PRAGMA cell_size_check = ON;"
+			       "PRAGMA mmap_size = 0;"
+			       "PRAGMA journal_size_limit = 67108864;";
+
+/* STATE 3 and above is over: see enum pen_job_state. */
+static const char schema[] =
+	"BEGIN IMMEDIATE;"
+	"CREATE TABLE jobs (number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE,"
+	" state INTEGER NOT NULL, name TEXT, scene BLOB NOT NULL, class TEXT,"
+	" content TEXT NOT NULL, priority INTEGER NOT NULL, width INTEGER NOT NULL,"
+	" height INTEGER NOT NULL, crop_x0 INTEGER NOT NULL, crop_y0 INTEGER NOT NULL,"
+	" crop_x1 INTEGER NOT NULL, crop_y1 INTEGER NOT NULL, tile_px INTEGER NOT NULL,"
+	" samples INTEGER NOT NULL, exposure REAL NOT NULL, units_done INTEGER NOT NULL,"
+	" units_total INTEGER NOT NULL, tiles_done INTEGER NOT NULL,"
+	" samples_done INTEGER NOT NULL, created_ms INTEGER NOT NULL,"
+	" started_ms INTEGER NOT NULL, finished_ms INTEGER NOT NULL, restarts INTEGER NOT NULL,"
+	" error_code INTEGER NOT NULL, error_text TEXT NOT NULL,"
+	" image_revision INTEGER NOT NULL) STRICT;"
+	"CREATE INDEX jobs_scene ON jobs (scene);"
+	"CREATE TABLE tiles (job INTEGER NOT NULL, tile INTEGER NOT NULL, rounds INTEGER NOT NULL,"
+	" xxh3 INTEGER NOT NULL, PRIMARY KEY (job, tile)) STRICT, WITHOUT ROWID;"
+	"CREATE TABLE removed (id TEXT PRIMARY KEY) STRICT, WITHOUT ROWID;"
+	"PRAGMA user_version = 1;"
+	"COMMIT;";
+
+/*
+ * An image revision names the same bytes for ever, but merges after the last update of the row
+ * were lost count of: there were fewer than units_total + 1 of them.
+ */
+static const char raise_revisions[] =
+	"UPDATE jobs SET image_revision = image_revision + units_total + 1 WHERE state < 3";
+
+static const char load_jobs[] =
+	"SELECT number, id, state, name, scene, class, content, priority, width, height, crop_x0,"
+	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
+	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
+	" error_text, image_revision FROM jobs ORDER BY number";
+static const char load_tiles[] = "SELECT tile, rounds, xxh3 FROM tiles WHERE job = ?1";
+static const char load_removed[] = "SELECT id FROM removed";
+
+enum request_type { ADD_JOB, UPDATE_JOB, PUT_TILES, REMOVE_JOB };
+
+struct request {
+	struct request *next;
+	enum request_type type;
+	struct pen_job job; /* a copy, its texts too; of PUT_TILES the number alone */
+	char *text;	    /* of the scene, ADD_JOB */
+	size_t size;
+	struct pen_store_tile *tiles;
+	size_t count;
+	pen_store_fn *fn;
+	void *user;
+	struct pen_error err;
+};
+
+struct request_list {
+	struct request *first, **end;
+};
+
+struct pen_store {
+	uv_async_t answered;
+	char scenes_dir[PATH_MAX];
+	pthread_t thread;
+	bool running;
+
+	/* The thread's own. */
+	sqlite3 *db;
+	sqlite3_stmt *statements[STATEMENT_COUNT];
+	struct pen_error broken; /* code 0 as long as the database can be trusted */
+
+	/* Shared, under the lock. */
+	pthread_mutex_t lock;
+	pthread_cond_t wake;
+	struct request_list waiting, done;
+	size_t waiting_count;
+	bool stopping;
+};
+
+static void list_init(struct request_list *list)
+{
+	list->first = NULL;
+	list->end = &list->first;
+}
+
+static void list_append(struct request_list *list, struct request *request)
+{
+	request->next = NULL;
+	*list->end = request;
+	list->end = &request->next;
+}
+
+static struct request *list_take_all(struct request_list *list)
+{
+	struct request *first = list->first;
+
+	list_init(list);
+	return first;
+}
+
+static void request_destroy(struct request *request)
+{
+	free(request->job.name);
+	free(request->job.equivalence_class);
+	free(request->text);
+	free(request->tiles);
+	free(request);
+}
+
+/* On the thread */
+
+static int database_error(const struct pen_store *store, struct pen_error *err)
+{
+	int code = sqlite3_errcode(store->db) == SQLITE_FULL ? PEN_ENOSPACE : PEN_EIO;
+
+	return pen_error_set(err, code, "database: %s", sqlite3_errmsg(store->db));
+}
+
+/* Runs a statement to its end; ret_number (may be NULL) is the first column of its only row. */
+static int run(struct pen_store *store, enum statement_name name, int64_t *ret_number,
+	struct pen_error *err)
+{
+	sqlite3_stmt *statement = store->statements[name];
+	int r = sqlite3_step(statement);
+
+	if (r == SQLITE_ROW && ret_number) {
+		*ret_number = sqlite3_column_int64(statement, 0);
+		r = SQLITE_DONE;
+	}
+	r = r == SQLITE_DONE ? 0 : database_error(store, err);
+	(void)sqlite3_reset(statement);
+	(void)sqlite3_clear_bindings(statement);
+	return r;
+}
+
+static void bind_number(sqlite3_stmt *statement, int place, uint64_t number)
+{
+	(void)sqlite3_bind_int64(statement, place, (sqlite3_int64)number);
+}
+
+static void bind_text(sqlite3_stmt *statement, int place, const char *text)
+{
+	(void)sqlite3_bind_text(statement, place, text, -1, SQLITE_STATIC);
+}
+
+static void bind_scene(sqlite3_stmt *statement, int place, const struct pen_sha256 *sha256)
+{
+	(void)sqlite3_bind_blob(
+		statement, place, sha256->bytes, sizeof sha256->bytes, SQLITE_STATIC);
+}
+
+static int put_job(struct pen_store *store, const struct pen_job *job, struct pen_error *err)
+{
+	sqlite3_stmt *statement = store->statements[PUT_JOB];
+
+	bind_number(statement, 1, job->number);
+	bind_text(statement, 2, job->id);
+	bind_number(statement, 3, job->state);
+	bind_text(statement, 4, job->name);
+	bind_scene(statement, 5, &job->scene_sha256);
+	bind_text(statement, 6, job->equivalence_class);
+	bind_text(statement, 7, job->content);
+	bind_number(statement, 8, job->priority);
+	bind_number(statement, 9, job->width);
+	bind_number(statement, 10, job->height);
+	bind_number(statement, 11, job->tiling.crop.x0);
+	bind_number(statement, 12, job->tiling.crop.y0);
+	bind_number(statement, 13, job->tiling.crop.x1);
+	bind_number(statement, 14, job->tiling.crop.y1);
+	bind_number(statement, 15, job->tiling.tile_px);
+	bind_number(statement, 16, job->samples);
+	(void)sqlite3_bind_double(statement, 17, job->exposure);
+	bind_number(statement, 18, job->units_done);
+	bind_number(statement, 19, job->units_total);
+	bind_number(statement, 20, job->tiles_done);
+	bind_number(statement, 21, job->samples_done);
+	bind_number(statement, 22, (uint64_t)job->created_ms);
+	bind_number(statement, 23, (uint64_t)job->started_ms);
+	bind_number(statement, 24, (uint64_t)job->finished_ms);
+	bind_number(statement, 25, job->restarts);
+	(void)sqlite3_bind_int(statement, 26, job->error.code);
+	bind_text(statement, 27, job->error.text);
+	bind_number(statement, 28, job->image_revision);
+	return run(store, PUT_JOB, NULL, err);
+}
+
+static int put_tile(struct pen_store *store, uint64_t job, const struct pen_store_tile *tile,
+	struct pen_error *err)
+{
+	sqlite3_stmt *statement = store->statements[PUT_TILE];
+
+	bind_number(statement, 1, job);
+	bind_number(statement, 2, tile->tile);
+	bind_number(statement, 3, tile->state.rounds);
+	bind_number(statement, 4, tile->state.xxh3);
+	return run(store, PUT_TILE, NULL, err);
+}
+
+static int forget(
+	struct pen_store *store, enum statement_name name, uint64_t job, struct pen_error *err)
+{
+	bind_number(store->statements[name], 1, job);
+	return run(store, name, NULL, err);
+}
+
+static bool keeps_tiles(const struct pen_job *job)
+{
+	return job->state < PEN_JOB_DONE && job->equivalence_class;
+}
+
+static int carry_out(struct pen_store *store, const struct request *request, struct pen_error *err)
+{
+	const struct pen_job *job = &request->job;
+	int r = 0;
+
+	switch (request->type) {
+	case ADD_JOB:
+		r = pen_scene_file_write(
+			store->scenes_dir, &job->scene_sha256, request->text, request->size, err);
+		return r < 0 ? r : put_job(store, job, err);
+	case UPDATE_JOB:
+		r = put_job(store, job, err);
+		if (r == 0 && !keeps_tiles(job))
+			r = forget(store, FORGET_TILES, job->number, err);
+		return r;
+	case PUT_TILES:
+		for (size_t i = 0; r == 0 && i < request->count; i++)
+			r = put_tile(store, job->number, &request->tiles[i], err);
+		return r;
+	case REMOVE_JOB:
+		r = forget(store, FORGET_TILES, job->number, err);
+		if (r == 0)
+			r = forget(store, FORGET_JOB, job->number, err);
+		bind_text(store->statements[PUT_REMOVED], 1, job->id);
+		return r < 0 ? r : run(store, PUT_REMOVED, NULL, err);
+	}
+	return 0;
+}
+
+/* Once the removal is durable; what a crash leaves here is swept at the next start. */
+static void remove_scene(struct pen_store *store, const struct pen_sha256 *sha256)
+{
+	int64_t count = 1;
+
+	bind_scene(store->statements[COUNT_SCENE], 1, sha256);
+	if (run(store, COUNT_SCENE, &count, NULL) == 0 && count == 0)
+		pen_scene_file_remove(store->scenes_dir, sha256);
+}
+
+/* All of them in one transaction, so that they share its fsync. */
+static int commit_batch(struct pen_store *store, struct request *batch, struct pen_error *err)
+{
+	int r = run(store, BEGIN, NULL, err);
+
+	for (struct request *request = batch; r == 0 && request; request = request->next)
+		r = carry_out(store, request, err);
+	if (r == 0)
+		r = run(store, COMMIT, NULL, err);
+	if (r < 0 && sqlite3_get_autocommit(store->db) == 0)
+		(void)run(store, ROLLBACK, NULL, NULL);
+	if (r < 0)
+		return r;
+	for (struct request *request = batch; request; request = request->next)
+		if (request->type == REMOVE_JOB)
+			remove_scene(store, &request->job.scene_sha256);
+	return 0;
+}
+
+static void handle_batch(struct pen_store *store, struct request *batch)
+{
+	struct pen_error err = store->broken;
+
+	if (err.code == 0)
+		(void)commit_batch(store, batch, &err);
+	if (err.code != 0 && err.code != PEN_ENOSPACE)
+		store->broken = err;
+	for (struct request *request = batch; request; request = request->next)
+		request->err = err;
+}
+
+static void *run_thread(void *argument)
+{
+	struct pen_store *store = argument;
+	struct request *batch;
+
+	(void)pthread_mutex_lock(&store->lock);
+	for (;;) {
+		while (!store->waiting.first && !store->stopping)
+			(void)pthread_cond_wait(&store->wake, &store->lock);
+		batch = list_take_all(&store->waiting);
+		store->waiting_count = 0;
+		if (!batch)
+			break;
+		(void)pthread_mutex_unlock(&store->lock);
+		handle_batch(store, batch);
+		(void)pthread_mutex_lock(&store->lock);
+		while (batch) {
+			struct request *next = batch->next;
+
+			list_append(&store->done, batch);
+			batch = next;
+		}
+		(void)uv_async_send(&store->answered);
+	}
+	(void)pthread_mutex_unlock(&store->lock);
+	return NULL;
+}
+
+/* On the loop */
+
+static void tell_answers(struct pen_store *store)
+{
+	struct request *request, *next;
+
+	(void)pthread_mutex_lock(&store->lock);
+	request = list_take_all(&store->done);
+	(void)pthread_mutex_unlock(&store->lock);
+	for (; request; request = next) {
+		next = request->next;
+		if (request->fn)
+			request->fn(request->user, &request->err);
+		request_destroy(request);
+	}
+}
+
+static void handle_answered(uv_async_t *async)
+{
+	tell_answers(async->data);
+}
+
+static int submit(struct pen_store *store, struct request *request, struct pen_error *err)
+{
+	bool full;
+
+	(void)pthread_mutex_lock(&store->lock);
+	full = store->waiting_count == PEN_STORE_QUEUE_MAX;
+	if (!full) {
+		list_append(&store->waiting, request);
+		store->waiting_count++;
+		(void)pthread_cond_signal(&store->wake);
+	}
+	(void)pthread_mutex_unlock(&store->lock);
+	if (!full)
+		return 0;
+	request_destroy(request);
+	return pen_error_set(err, PEN_EAGAIN, "too many changes wait for the disk; try again");
+}
+
+static struct request *request_create(
+	enum request_type type, const struct pen_job *job, pen_store_fn *fn, void *user)
+{
+	struct request *request = calloc(1, sizeof *request);
+
+	if (!request)
+		return NULL;
+	*request = (struct request){.type = type, .job = *job, .fn = fn, .user = user};
+	request->job.name = job->name ? strdup(job->name) : NULL;
+	request->job.equivalence_class =
+		job->equivalence_class ? strdup(job->equivalence_class) : NULL;
+	if ((job->name && !request->job.name) ||
+		(job->equivalence_class && !request->job.equivalence_class)) {
+		request_destroy(request);
+		return NULL;
+	}
+	return request;
+}
+
+int pen_store_add_job(struct pen_store *store, const struct pen_job *job, char *text, size_t size,
+	pen_store_fn *fn, void *user, struct pen_error *err)
+{
+	struct request *request = request_create(ADD_JOB, job, fn, user);
+
+	if (!request) {
+		free(text);
+		return pen_error_memory(err);
+	}
+	request->text = text;
+	request->size = size;
+	return submit(store, request, err);
+}
+
+int pen_store_update_job(struct pen_store *store, const struct pen_job *job, pen_store_fn *fn,
+	void *user, struct pen_error *err)
+{
+	struct request *request = request_create(UPDATE_JOB, job, fn, user);
+
+	return request ? submit(store, request, err) : pen_error_memory(err);
+}
+
+int pen_store_put_tiles(struct pen_store *store, uint64_t job, const struct pen_store_tile *tiles,
+	size_t count, struct pen_error *err)
+{
+	struct pen_job numbered = {.number = job};
+	struct request *request = request_create(PUT_TILES, &numbered, NULL, NULL);
+
+	assert(count <= PEN_TILES_COMMIT_MAX);
+	if (!request)
+		return pen_error_memory(err);
+	request->tiles = calloc(count, sizeof *tiles);
+	if (!request->tiles) {
+		request_destroy(request);
+		return pen_error_memory(err);
+	}
+	memcpy(request->tiles, tiles, count * sizeof *tiles);
+	request->count = count;
+	return submit(store, request, err);
+}
+
+int pen_store_remove_job(struct pen_store *store, const struct pen_job *job, pen_store_fn *fn,
+	void *user, struct pen_error *err)
+{
+	struct request *request = request_create(REMOVE_JOB, job, fn, user);
+
+	return request ? submit(store, request, err) : pen_error_memory(err);
+}
+
+/* Loading, before the thread has anything to do */
+
+static void copy_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
+{
+	const unsigned char *text = sqlite3_column_text(row, column);
+
+	(void)snprintf(ret_text, size, "%s", text ? (const char *)text : "");
+}
+
+static uint32_t column_count(sqlite3_stmt *row, int column)
+{
+	sqlite3_int64 value = sqlite3_column_int64(row, column);
+
+	return value < 0 || value > UINT32_MAX ? 0 : (uint32_t)value;
+}
+
+static uint64_t column_number(sqlite3_stmt *row, int column)
+{
+	return (uint64_t)sqlite3_column_int64(row, column);
+}
+
+/* name and class are the row's; false when the row is not one this program has written. */
+static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name, char **ret_class)
+{
+	struct pen_rect crop = {column_count(row, 10), column_count(row, 11), column_count(row, 12),
+		column_count(row, 13)};
+	uint32_t tile_px = column_count(row, 14);
+	struct pen_job job = {.number = column_number(row, 0)};
+
+	copy_text(job.id, sizeof job.id, row, 1);
+	job.state = (enum pen_job_state)column_count(row, 2);
+	copy_text(job.content, sizeof job.content, row, 6);
+	job.priority = column_count(row, 7);
+	job.width = column_count(row, 8);
+	job.height = column_count(row, 9);
+	job.samples = column_count(row, 15);
+	job.exposure = sqlite3_column_double(row, 16);
+	job.units_done = column_number(row, 17);
+	job.units_total = column_number(row, 18);
+	job.tiles_done = column_count(row, 19);
+	job.samples_done = column_number(row, 20);
+	job.created_ms = sqlite3_column_int64(row, 21);
+	job.started_ms = sqlite3_column_int64(row, 22);
+	job.finished_ms = sqlite3_column_int64(row, 23);
+	job.restarts = column_count(row, 24);
+	job.error.code = sqlite3_column_int(row, 25);
+	copy_text(job.error.text, sizeof job.error.text, row, 26);
+	job.image_revision = column_number(row, 27);
+	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
+		sqlite3_column_bytes(row, 4) != sizeof job.scene_sha256 || !pen_rect_valid(crop) ||
+		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||
+		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.samples == 0 ||
+		job.samples > PEN_SAMPLES_MAX)
+		return false;
+	memcpy(&job.scene_sha256, sqlite3_column_blob(row, 4), sizeof job.scene_sha256);
+	pen_tiling_init(&job.tiling, crop, tile_px);
+	*ret_job = job;
+	*ret_name = (char *)(uintptr_t)sqlite3_column_text(row, 3);
+	*ret_class = (char *)(uintptr_t)sqlite3_column_text(row, 5);
+	return true;
+}
+
+static int prepare(struct pen_store *store, const char *text, sqlite3_stmt **ret_statement,
+	struct pen_error *err)
+{
+	if (sqlite3_prepare_v3(store->db, text, -1, SQLITE_PREPARE_PERSISTENT, ret_statement,
+		    NULL) != SQLITE_OK)
+		return database_error(store, err);
+	return 0;
+}
+
+static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *visitor,
+	sqlite3_stmt *rows, const struct pen_job *job, struct pen_error *err)
+{
+	int r = 0, step;
+
+	bind_number(rows, 1, job->number);
+	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
+		struct pen_store_tile tile = {column_count(rows, 0),
+			{(uint16_t)column_count(rows, 1), column_number(rows, 2)}};
+
+		if (step != SQLITE_ROW)
+			r = database_error(store, err);
+		else if (tile.tile < job->tiling.count &&
+			 tile.state.rounds <= pen_round_count(job->samples))
+			r = visitor->tile(visitor->user, job->number, &tile, err);
+	}
+	(void)sqlite3_reset(rows);
+	return r;
+}
+
+static int visit_jobs(
+	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
+{
+	sqlite3_stmt *jobs = NULL, *tiles = NULL;
+	struct pen_job job;
+	int r = prepare(store, load_jobs, &jobs, err), step;
+
+	if (r == 0)
+		r = prepare(store, load_tiles, &tiles, err);
+	while (r == 0 && (step = sqlite3_step(jobs)) != SQLITE_DONE) {
+		if (step != SQLITE_ROW)
+			r = database_error(store, err);
+		else if (!read_job(jobs, &job, &job.name, &job.equivalence_class))
+			r = pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
+				(unsigned long long)column_number(jobs, 0));
+		else
+			r = visitor->job(visitor->user, &job, err);
+		if (r == 0 && keeps_tiles(&job))
+			r = visit_tiles(store, visitor, tiles, &job, err);
+	}
+	(void)sqlite3_finalize(jobs);
+	(void)sqlite3_finalize(tiles);
+	return r;
+}
+
+static int visit_removed(
+	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
+{
+	char id[PEN_JOB_ID_TEXT];
+	sqlite3_stmt *rows = NULL;
+	int r = prepare(store, load_removed, &rows, err), step;
+
+	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
+		copy_text(id, sizeof id, rows, 0);
+		r = step == SQLITE_ROW ? visitor->removed(visitor->user, id, err)
+				       : database_error(store, err);
+	}
+	(void)sqlite3_finalize(rows);
+	return r;
+}
+
+static int execute(struct pen_store *store, const char *text, struct pen_error *err)
+{
+	return sqlite3_exec(store->db, text, NULL, NULL, NULL) == SQLITE_OK
+		       ? 0
+		       : database_error(store, err);
+}
+
+int pen_store_load(
+	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
+{
+	int r = execute(store, raise_revisions, err);
+
+	if (r == 0)
+		r = visit_jobs(store, visitor, err);
+	if (r == 0)
+		r = visit_removed(store, visitor, err);
+	return r;
+}
+
+/* Opening and closing */
+
+static int migrate(struct pen_store *store, struct pen_error *err)
+{
+	sqlite3_stmt *row = NULL;
+	int r = prepare(store, "PRAGMA user_version", &row, err), version = 0;
+
+	if (r == 0)
+		r = sqlite3_step(row) == SQLITE_ROW ? 0 : database_error(store, err);
+	if (r == 0)
+		version = sqlite3_column_int(row, 0);
+	(void)sqlite3_finalize(row);
+	if (r < 0 || version == SCHEMA_VERSION)
+		return r;
+	if (version != 0)
+		return pen_error_set(err, PEN_EUNSUPPORTED,
+			"the data directory was written by a newer version of Penumbra");
+	return execute(store, schema, err);
+}
+
+static int open_database(struct pen_store *store, const char *dir, struct pen_error *err)
+{
+	char path[PATH_MAX];
+	int r;
+
+	if (snprintf(path, sizeof path, "%s/penumbra.db", dir) >= (int)sizeof path ||
+		snprintf(store->scenes_dir, sizeof store->scenes_dir, "%s/scenes", dir) >=
+			(int)sizeof store->scenes_dir)
+		return pen_error_set(err, PEN_EINVALID, "the data directory's path is too long");
+	if (sqlite3_open_v2(path, &store->db,
+		    SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX,
+		    NULL) != SQLITE_OK)
+		return database_error(store, err);
+	(void)sqlite3_busy_timeout(store->db, BUSY_MS);
+	(void)sqlite3_db_config(store->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+	r = execute(store, settings, err);
+	if (r == 0)
+		r = migrate(store, err);
+	for (int i = 0; r == 0 && i < STATEMENT_COUNT; i++)
+		r = prepare(store, statement_texts[i], &store->statements[i], err);
+	return r;
+}
+
+static void handle_closed(uv_handle_t *handle)
+{
+	free(handle->data);
+}
+
+static void close_database(struct pen_store *store)
+{
+	for (int i = 0; i < STATEMENT_COUNT; i++)
+		(void)sqlite3_finalize(store->statements[i]);
+	(void)sqlite3_close(store->db);
+}
+
+int pen_store_create(
+	uv_loop_t *loop, const char *dir, struct pen_store **ret_store, struct pen_error *err)
+{
+	struct pen_store *store = calloc(1, sizeof *store);
+	int r;
+
+	if (!store)
+		return pen_error_memory(err);
+	list_init(&store->waiting);
+	list_init(&store->done);
+	r = open_database(store, dir, err);
+	if (r < 0) {
+		close_database(store);
+		free(store);
+		return r;
+	}
+	pen_durable_sweep(store->scenes_dir);
+	(void)pthread_mutex_init(&store->lock, NULL);
+	(void)pthread_cond_init(&store->wake, NULL);
+	(void)uv_async_init(loop, &store->answered, handle_answered);
+	store->answered.data = store;
+	r = pthread_create(&store->thread, NULL, run_thread, store);
+	store->running = r == 0;
+	if (r != 0) {
+		pen_store_destroy(store);
+		return pen_error_system(err, r, "cannot start the store's thread");
+	}
+	*ret_store = store;
+	return 0;
+}
+
+void pen_store_destroy(struct pen_store *store)
+{
+	if (!store)
+		return;
+	(void)pthread_mutex_lock(&store->lock);
+	store->stopping = true;
+	(void)pthread_cond_signal(&store->wake);
+	(void)pthread_mutex_unlock(&store->lock);
+	if (store->running)
+		(void)pthread_join(store->thread, NULL);
+	tell_answers(store);
+	close_database(store);
+	(void)pthread_mutex_destroy(&store->lock);
+	(void)pthread_cond_destroy(&store->wake);
+	uv_close((uv_handle_t *)&store->answered, handle_closed);
+}
