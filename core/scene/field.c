@@ -198,20 +198,29 @@ static size_t edit_distance(const char *a, const char *b)
 	return row[length];
 }
 
-static void refuse_key(
-	struct pen_reader *reader, const struct pen_place *at, const struct pen_field *fields)
+/* The key of the table that was probably meant, or NULL. */
+static const char *nearest_key(const struct pen_field *fields, const char *key)
 {
 	const char *nearest = NULL;
 	size_t least = 3;
 
-	for (const struct pen_field *f = fields; f->key && strlen(at->key) < KEY_MAX; f++) {
-		size_t distance = edit_distance(at->key, f->key);
+	for (const struct pen_field *f = fields; f->key && strlen(key) < KEY_MAX; f++) {
+		size_t distance = edit_distance(key, f->key);
 
 		if (distance < least && distance < strlen(f->key)) {
 			least = distance;
 			nearest = f->key;
 		}
 	}
+	return nearest;
+}
+
+static void refuse_key(
+	struct pen_reader *reader, const struct pen_place *at, const struct pen_field *fields)
+{
+	bool listed = reader->errors->count < PEN_SCENE_ERRORS_MAX;
+	const char *nearest = listed ? nearest_key(fields, at->key) : NULL;
+
 	if (nearest)
 		pen_reader_refuse(reader, at, "unknown key; did you mean \"%s\"?", nearest);
 	else
@@ -262,8 +271,9 @@ static void read_members(struct pen_reader *reader, const struct pen_place *at, 
 		if (!field || field->kind == PEN_KIND_LATER)
 			found++; /* leaves the rest fit for the check */
 	}
-	read_absent(reader, at, object, table, desc);
-	if (table->check && reader->found == found && !reader->out_of_memory)
+	if (pen_reader_sound(reader))
+		read_absent(reader, at, object, table, desc);
+	if (table->check && reader->found == found && pen_reader_sound(reader))
 		table->check(reader, at, object, desc);
 }
 

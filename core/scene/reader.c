@@ -149,6 +149,11 @@ const char *pen_reader_text(struct pen_reader *reader, const char *text)
 	return copy;
 }
 
+bool pen_reader_sound(const struct pen_reader *reader)
+{
+	return !reader->out_of_memory && reader->values <= PEN_SCENE_NODES_MAX;
+}
+
 void pen_reader_fill(struct pen_reader *reader, json_t *object, const char *key, json_t *value)
 {
 	reader->values += value ? count_values(value) : 0;

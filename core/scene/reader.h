@@ -46,6 +46,9 @@ void *pen_reader_alloc(struct pen_reader *reader, size_t count, size_t size);
 
 const char *pen_reader_text(struct pen_reader *reader, const char *text);
 
+/* False once memory ran out or the tree grew too large: the reading fails whatever follows. */
+bool pen_reader_sound(const struct pen_reader *reader);
+
 /* Adds to the tree what it left out. Takes the value, which may be NULL (out of memory). */
 void pen_reader_fill(struct pen_reader *reader, json_t *object, const char *key, json_t *value);
 
