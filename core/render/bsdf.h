@@ -31,7 +31,7 @@ struct pen_lobe_value {
 
 /* ---- matte: Lambert, 1 / pi ---- */
 
-static inline struct pen_lobe pen_matte_sample(struct pen_vec3 n, float u, float v)
+PEN_LANE struct pen_lobe pen_matte_sample(struct pen_vec3 n, float u, float v)
 {
 	const struct pen_basis basis = pen_basis(n);
 	const struct pen_vec3 local = pen_warp_cosine(u, v);
@@ -43,7 +43,7 @@ static inline struct pen_lobe pen_matte_sample(struct pen_vec3 n, float u, float
 	};
 }
 
-static inline struct pen_lobe_value pen_matte_eval(struct pen_vec3 n, struct pen_vec3 wi)
+PEN_LANE struct pen_lobe_value pen_matte_eval(struct pen_vec3 n, struct pen_vec3 wi)
 {
 	const float value = pen_max(pen_dot(n, wi), 0.0f) * PEN_INV_PI;
 
@@ -55,7 +55,7 @@ static inline struct pen_lobe_value pen_matte_eval(struct pen_vec3 n, struct pen
  */
 
 /* Density of microfacet normals m, projected: its integral times m.z is 1 (Walter et al. 2007). */
-static inline float pen_ggx_density(float alpha, struct pen_vec3 m)
+PEN_LANE float pen_ggx_density(float alpha, struct pen_vec3 m)
 {
 	const float a2 = alpha * alpha;
 	const float d = m.x * m.x + m.y * m.y + a2 * m.z * m.z;
@@ -64,13 +64,13 @@ static inline float pen_ggx_density(float alpha, struct pen_vec3 m)
 }
 
 /* sqrt(z^2 + alpha^2 sin^2): half the denominator of Smith's masking less z. */
-static inline float pen_ggx_stretch(float alpha, float z)
+PEN_LANE float pen_ggx_stretch(float alpha, float z)
 {
 	return sqrtf(z * z + alpha * alpha * pen_max(1.0f - z * z, 0.0f));
 }
 
 /* Smith's masking of a direction at cosine z > 0. */
-static inline float pen_ggx_masking(float alpha, float z)
+PEN_LANE float pen_ggx_masking(float alpha, float z)
 {
 	return 2.0f * z / (z + pen_ggx_stretch(alpha, z));
 }
@@ -79,7 +79,7 @@ static inline float pen_ggx_masking(float alpha, float z)
  * A normal visible from wo (Dupuy, Benyoub 2023, "Sampling visible GGX normals with spherical
  * caps"). bound 1 gives them all; pen_ggx_bound only (nearly) those that reflect upwards.
  */
-static inline struct pen_vec3 pen_ggx_sample(
+PEN_LANE struct pen_vec3 pen_ggx_sample(
 	float alpha, struct pen_vec3 wo, float bound, float u, float v)
 {
 	const struct pen_vec3 w = pen_normalize(pen_vec3(alpha * wo.x, alpha * wo.y, wo.z));
@@ -93,7 +93,7 @@ static inline struct pen_vec3 pen_ggx_sample(
 }
 
 /* k of Eto and Tokuyoshi 2023, "Bounded VNDF sampling for Smith-GGX reflections", equation 5. */
-static inline float pen_ggx_bound(float alpha, struct pen_vec3 wo)
+PEN_LANE float pen_ggx_bound(float alpha, struct pen_vec3 wo)
 {
 	const float a2 = alpha * alpha;
 	const float s = 1.0f + sqrtf(wo.x * wo.x + wo.y * wo.y);
@@ -103,7 +103,7 @@ static inline float pen_ggx_bound(float alpha, struct pen_vec3 wo)
 }
 
 /* A direction in the frame, lifted off the horizon when interpolated normals put it below. */
-static inline struct pen_vec3 pen_ggx_local(const struct pen_basis *basis, struct pen_vec3 w)
+PEN_LANE struct pen_vec3 pen_ggx_local(const struct pen_basis *basis, struct pen_vec3 w)
 {
 	struct pen_vec3 local = pen_to_local(basis, w);
 
@@ -116,18 +116,18 @@ static inline struct pen_vec3 pen_ggx_local(const struct pen_basis *basis, struc
  * term. The masking is separable, G1(wo) G1(wi): see deploy/decisions/.
  */
 
-static inline struct pen_vec3 pen_reflect(struct pen_vec3 wo, struct pen_vec3 m)
+PEN_LANE struct pen_vec3 pen_reflect(struct pen_vec3 wo, struct pen_vec3 m)
 {
 	return pen_sub(pen_scale(m, 2.0f * pen_dot(wo, m)), wo);
 }
 
 /* alpha = roughness 0: a mirror. */
-static inline struct pen_lobe pen_mirror_sample(struct pen_vec3 n, struct pen_vec3 wo)
+PEN_LANE struct pen_lobe pen_mirror_sample(struct pen_vec3 n, struct pen_vec3 wo)
 {
 	return (struct pen_lobe){.direction = pen_reflect(wo, n), .weight = 1.0f, .pdf = 0.0f};
 }
 
-static inline struct pen_lobe pen_glossy_sample(
+PEN_LANE struct pen_lobe pen_glossy_sample(
 	float alpha, struct pen_vec3 n, struct pen_vec3 wo, float u, float v)
 {
 	const struct pen_basis basis = pen_basis(n);
@@ -146,7 +146,7 @@ static inline struct pen_lobe pen_glossy_sample(
 	};
 }
 
-static inline struct pen_lobe_value pen_glossy_eval(
+PEN_LANE struct pen_lobe_value pen_glossy_eval(
 	float alpha, struct pen_vec3 n, struct pen_vec3 wo, struct pen_vec3 wi)
 {
 	const struct pen_basis basis = pen_basis(n);
@@ -171,13 +171,13 @@ static inline struct pen_lobe_value pen_glossy_eval(
  */
 
 /* Whether refraction hardly spreads; then the lobe counts as smooth. */
-static inline bool pen_glass_is_smooth(float alpha, float eta)
+PEN_LANE bool pen_glass_is_smooth(float alpha, float eta)
 {
 	return alpha < PEN_ALPHA_MIN || fabsf(eta - 1.0f) < 1e-4f;
 }
 
 /* Exact unpolarised reflectance at cosine c >= 0; 1 in total reflection. */
-static inline float pen_fresnel(float c, float eta)
+PEN_LANE float pen_fresnel(float c, float eta)
 {
 	const float cos2 = 1.0f - (1.0f - c * c) / (eta * eta);
 	const float t = pen_sqrt_clamped(cos2);
@@ -188,7 +188,7 @@ static inline float pen_fresnel(float c, float eta)
 }
 
 /* wo refracted at a facet m on its side; meaningless in total reflection. */
-static inline struct pen_vec3 pen_refract(struct pen_vec3 wo, struct pen_vec3 m, float eta)
+PEN_LANE struct pen_vec3 pen_refract(struct pen_vec3 wo, struct pen_vec3 m, float eta)
 {
 	const float inv_eta = 1.0f / eta;
 	const float c = pen_dot(wo, m);
@@ -198,7 +198,7 @@ static inline struct pen_vec3 pen_refract(struct pen_vec3 wo, struct pen_vec3 m,
 }
 
 /* choice in [0,1) decides between reflection and refraction. */
-static inline struct pen_lobe pen_glass_smooth_sample(
+PEN_LANE struct pen_lobe pen_glass_smooth_sample(
 	float eta, struct pen_vec3 n, struct pen_vec3 wo, float choice)
 {
 	const bool reflects = choice < pen_fresnel(pen_max(pen_dot(wo, n), 0.0f), eta);
@@ -216,7 +216,7 @@ static inline struct pen_lobe pen_glass_smooth_sample(
  * Density of the half vector's share of the solid angle of a refracted wi, |wi.m| eta^2 /
  * (wo.m + eta wi.m)^2 (Walter et al. 2007, equation 17); dot_i < 0.
  */
-static inline float pen_refract_jacobian(float dot_o, float dot_i, float eta)
+PEN_LANE float pen_refract_jacobian(float dot_o, float dot_i, float eta)
 {
 	const float d = dot_o + eta * dot_i;
 
@@ -224,7 +224,7 @@ static inline float pen_refract_jacobian(float dot_o, float dot_i, float eta)
 }
 
 /* The same with rough facets, for which Fresnel's term holds at the facet. */
-static inline struct pen_lobe pen_glass_sample(float alpha, float eta, struct pen_vec3 n,
+PEN_LANE struct pen_lobe pen_glass_sample(float alpha, float eta, struct pen_vec3 n,
 	struct pen_vec3 wo, float u, float v, float choice)
 {
 	const struct pen_basis basis = pen_basis(n);
@@ -251,7 +251,7 @@ static inline struct pen_lobe pen_glass_sample(float alpha, float eta, struct pe
 	};
 }
 
-static inline struct pen_lobe_value pen_glass_eval(
+PEN_LANE struct pen_lobe_value pen_glass_eval(
 	float alpha, float eta, struct pen_vec3 n, struct pen_vec3 wo, struct pen_vec3 wi)
 {
 	const struct pen_basis basis = pen_basis(n);

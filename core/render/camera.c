@@ -189,7 +189,7 @@ static int add_segments(
 }
 
 /* v turned by a unit quaternion. */
-static inline struct pen_vec3 rotate(const float q[4], struct pen_vec3 v)
+PEN_LANE struct pen_vec3 rotate(const float q[4], struct pen_vec3 v)
 {
 	const struct pen_vec3 axis = pen_vec3(q[0], q[1], q[2]);
 	const struct pen_vec3 t = pen_scale(pen_cross(axis, v), 2.0f);
@@ -275,7 +275,7 @@ static struct pen_camera_frame moving_frame(const struct pen_camera *camera, flo
 
 enum aperture { APERTURE_PINHOLE, APERTURE_ROUND, APERTURE_POLYGON };
 
-static inline struct pen_vec2 lens_point(
+PEN_LANE struct pen_vec2 lens_point(
 	const struct pen_camera *camera, enum aperture aperture, float u, float v)
 {
 	switch (aperture) {
@@ -291,8 +291,8 @@ struct ray {
 };
 
 /* From the lens through the point of the focal surface that the lens' centre sees. */
-static inline struct ray make_ray(const struct pen_camera *camera,
-	const struct pen_camera_frame *frame, float film_x, float film_y, struct pen_vec2 lens)
+PEN_LANE struct ray make_ray(const struct pen_camera *camera, const struct pen_camera_frame *frame,
+	float film_x, float film_y, struct pen_vec2 lens)
 {
 	const float x = (film_x * camera->pixel_x - 1.0f) * camera->tan_x;
 	const float y = (1.0f - film_y * camera->pixel_y) * camera->tan_y;
@@ -320,9 +320,8 @@ struct batch {
 	struct pen_camera_rays rays;
 };
 
-static inline __attribute__((always_inline)) void generate_one(const struct pen_camera *camera,
-	const struct pen_camera_frame *frame, const struct batch *batch, enum aperture aperture,
-	uint32_t i)
+PEN_LANE void generate_one(const struct pen_camera *camera, const struct pen_camera_frame *frame,
+	const struct batch *batch, enum aperture aperture, uint32_t i)
 {
 	const struct pen_vec2 lens =
 		lens_point(camera, aperture, batch->lens_u[i], batch->lens_v[i]);
@@ -337,7 +336,7 @@ static inline __attribute__((always_inline)) void generate_one(const struct pen_
 }
 
 /* aperture is a constant where this is called, so that each loop has one shape of lens. */
-static inline __attribute__((always_inline)) void generate_static(
+PEN_LANE void generate_static(
 	const struct pen_camera *camera, uint32_t n, struct batch batch, enum aperture aperture)
 {
 	const struct pen_camera copy = *camera;

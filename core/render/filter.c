@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/filter.h"
 
+#include "core/render/vec.h"
+
 #include <math.h>
 #include <string.h>
 
 /* Mitchell and Netravali 1988 with B = C = 1/3, at |r| <= 2. */
-static inline float mitchell(float r)
+PEN_LANE float mitchell(float r)
 {
 	const float inner = 16.0f / 18.0f + r * r * (-2.0f + r * (21.0f / 18.0f));
 	const float outer = 32.0f / 18.0f + r * (-60.0f / 18.0f + r * (2.0f + r * (-7.0f / 18.0f)));
@@ -79,7 +81,7 @@ struct axis {
 };
 
 /* weighted asks for the weight f / density; without it the weight is 1. */
-static inline struct axis sample_axis(const struct pen_filter *filter, float u, bool weighted)
+PEN_LANE struct axis sample_axis(const struct pen_filter *filter, float u, bool weighted)
 {
 	const float side = 2.0f * u - 1.0f;
 	/* A quarter of side's last digit keeps q above 0. */

@@ -2,9 +2,7 @@
 #ifndef PEN_RENDER_LIGHT_H
 #define PEN_RENDER_LIGHT_H
 
-#include "core/base/error.h"
 #include "core/render/vec.h"
-#include "core/render/warp.h"
 #include "core/scene/desc.h"
 
 #include <stdbool.h>
@@ -16,21 +14,23 @@
  */
 struct pen_light {
 	enum pen_light_type type;
-	bool delta; /* no lobe can hit it: point, spot, directional of angle 0 */
+	bool delta; /* one direction only, which no lobe finds: point, spot, directional of angle 0
+		     */
 	struct pen_vec3 color;
 	struct pen_vec3 origin; /* corner, first vertex, centre or position */
-	struct pen_vec3 axis;	/* unit: normal of the emitting side, axis of a spot, or where a
-				   directional light comes from */
-	struct pen_vec3 edge_u,
-		edge_v; /* rectangle: unit; triangle: to the other vertices; disk: its basis */
+	/* Unit: normal of the emitting side, axis of a spot, where a directional light comes from.
+	 */
+	struct pen_vec3 axis;
+	/* Rectangle: unit; triangle: to its other vertices; disk: two radii; directional: a frame.
+	 */
+	struct pen_vec3 edge_u, edge_v;
 	float length_u, length_v; /* of a rectangle's edges */
 	float radius;
 	float area;
-	float spot_cos;		/* of half the cone */
-	float spot_inv_blend;	/* 1 / (blend * (1 - spot_cos)) */
-	float cone;		/* directional: 1 - cos of half its angle */
-	float cone_strength;	/* directional: radiance of an irradiance of 1 */
-	struct pen_basis basis; /* directional: around axis */
+	float spot_cos;	      /* of half the cone */
+	float spot_inv_blend; /* 1 / (blend * (1 - spot_cos)) */
+	float cone;	      /* directional: 1 - cos of half its angle */
+	float cone_strength;  /* directional: radiance of an irradiance of 1 */
 };
 
 void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc);
@@ -39,12 +39,12 @@ void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc);
  * The power that a scene within a sphere of scene_radius gets, up to a factor common to all
  * lights: what lights are chosen by.
  */
-double pen_light_power(const struct pen_light_desc *desc, double scene_radius);
+double pen_light_power(const struct pen_light *light, double scene_radius);
 
 /*
- * One sample of what a light sends to a point. Without a hit of anything between, its
- * contribution to outgoing light is color * strength / pdf * bsdf * cos. strength is 0 where the
- * light does not shine on the point (then the rest is finite, but means nothing).
+ * What a light sends to a point, in one direction. With nothing between, its contribution to
+ * outgoing light is color * strength / pdf * bsdf * cos. strength is 0 where the light does not
+ * shine on the point; then the rest is finite but means nothing.
  */
 struct pen_light_sample {
 	struct pen_vec3 direction; /* to the light, unit */
@@ -54,10 +54,16 @@ struct pen_light_sample {
 };
 
 /*
- * n samples of one light at the points p with (u, v) in [0,1), all arrays of n floats.
- * Rectangles by solid angle (Urena et al. 2013), triangles by solid angle (Arvo 1995) between
- * PEN_TRIANGLE_SOLID_ANGLE_MIN and _MAX, spheres by their cone, disks by area.
+ * Rectangles are sampled by solid angle (Urena et al. 2013), and so are triangles (Arvo 1995);
+ * where that loses its precision or its use they are sampled by area, as are disks. Spheres are
+ * sampled by their cone and directional lights by theirs. A spot fades with the cosine: with t =
+ * (cos - cos(cone_angle / 2)) / (blend (1 - cos(cone_angle / 2))), clamped to [0, 1], its strength
+ * is t^2 (3 - 2 t) / distance^2.
  */
+struct pen_light_sample pen_light_sample(
+	const struct pen_light *light, struct pen_vec3 p, float u, float v);
+
+/* Structure of arrays, each of n floats. */
 struct pen_light_points {
 	const float *x, *y, *z;
 };
@@ -65,12 +71,11 @@ struct pen_light_samples {
 	float *direction_x, *direction_y, *direction_z;
 	float *distance, *strength, *pdf;
 };
-void pen_light_sample(const struct pen_light *light, uint32_t n, const struct pen_light_points *p,
-	const float *u, const float *v, const struct pen_light_samples *ret_samples);
 
-/* The same for one point. */
-struct pen_light_sample pen_light_sample_one(
-	const struct pen_light *light, struct pen_vec3 p, float u, float v);
+/* The same light for n points, with (u, v) in [0,1). */
+void pen_light_sample_all(const struct pen_light *light, uint32_t n,
+	const struct pen_light_points *points, const float *u, const float *v,
+	const struct pen_light_samples *ret_samples);
 
 /*
  * The solid-angle density with which pen_light_sample gives a direction from p that hits the light
@@ -84,26 +89,5 @@ bool pen_light_emits(const struct pen_light *light, struct pen_vec3 hit, struct 
 
 /* Whitted's shadow ray: the light's centre with its whole power estimated there; pdf is 1. */
 struct pen_light_sample pen_light_centre(const struct pen_light *light, struct pen_vec3 p);
-
-/* One of many lights, with a probability in proportion to its power (alias table). */
-struct pen_light_choice {
-	uint32_t count;
-	float *keep;	 /* chance to keep the column's own light */
-	uint32_t *other; /* the column's second light */
-	float *chance;	 /* of each light */
-};
-
-/* powers: count > 0 numbers >= 0; all zero means equal chances. PEN_ENOMEM. */
-int pen_light_choice_init(struct pen_light_choice *choice, const double *powers, uint32_t count,
-	struct pen_error *err);
-void pen_light_choice_finish(struct pen_light_choice *choice);
-
-/* The light for (u, v) in [0,1); its probability is choice->chance[light]. */
-static inline uint32_t pen_light_choose(const struct pen_light_choice *choice, float u, float v)
-{
-	const uint32_t light = (uint32_t)(u * (float)choice->count);
-
-	return v < choice->keep[light] ? light : choice->other[light];
-}
 
 #endif

@@ -11,6 +11,9 @@
  * minimax fits; the errors given are absolute unless they say relative, and tests hold them.
  */
 
+/* A function of one lane: it must vanish in the loop, or that does not vectorise. */
+#define PEN_LANE static inline __attribute__((always_inline))
+
 #define PEN_PI	   3.14159265f
 #define PEN_INV_PI 0.318309886f
 
@@ -22,86 +25,86 @@ struct pen_vec3 {
 	float x, y, z;
 };
 
-static inline struct pen_vec3 pen_vec3(float x, float y, float z)
+PEN_LANE struct pen_vec3 pen_vec3(float x, float y, float z)
 {
 	return (struct pen_vec3){x, y, z};
 }
 
-static inline struct pen_vec3 pen_vec3_load(const double v[3])
+PEN_LANE struct pen_vec3 pen_vec3_load(const double v[3])
 {
 	return pen_vec3((float)v[0], (float)v[1], (float)v[2]);
 }
 
-static inline struct pen_vec3 pen_add(struct pen_vec3 a, struct pen_vec3 b)
+PEN_LANE struct pen_vec3 pen_add(struct pen_vec3 a, struct pen_vec3 b)
 {
 	return pen_vec3(a.x + b.x, a.y + b.y, a.z + b.z);
 }
 
-static inline struct pen_vec3 pen_sub(struct pen_vec3 a, struct pen_vec3 b)
+PEN_LANE struct pen_vec3 pen_sub(struct pen_vec3 a, struct pen_vec3 b)
 {
 	return pen_vec3(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-static inline struct pen_vec3 pen_mul(struct pen_vec3 a, struct pen_vec3 b)
+PEN_LANE struct pen_vec3 pen_mul(struct pen_vec3 a, struct pen_vec3 b)
 {
 	return pen_vec3(a.x * b.x, a.y * b.y, a.z * b.z);
 }
 
-static inline struct pen_vec3 pen_scale(struct pen_vec3 a, float s)
+PEN_LANE struct pen_vec3 pen_scale(struct pen_vec3 a, float s)
 {
 	return pen_vec3(a.x * s, a.y * s, a.z * s);
 }
 
 /* a + s * b */
-static inline struct pen_vec3 pen_madd(struct pen_vec3 a, float s, struct pen_vec3 b)
+PEN_LANE struct pen_vec3 pen_madd(struct pen_vec3 a, float s, struct pen_vec3 b)
 {
 	return pen_vec3(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z);
 }
 
-static inline float pen_dot(struct pen_vec3 a, struct pen_vec3 b)
+PEN_LANE float pen_dot(struct pen_vec3 a, struct pen_vec3 b)
 {
 	return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-static inline struct pen_vec3 pen_cross(struct pen_vec3 a, struct pen_vec3 b)
+PEN_LANE struct pen_vec3 pen_cross(struct pen_vec3 a, struct pen_vec3 b)
 {
 	return pen_vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-static inline float pen_length(struct pen_vec3 a)
+PEN_LANE float pen_length(struct pen_vec3 a)
 {
 	return sqrtf(pen_dot(a, a));
 }
 
 /* The zero vector gives infinities. */
-static inline struct pen_vec3 pen_normalize(struct pen_vec3 a)
+PEN_LANE struct pen_vec3 pen_normalize(struct pen_vec3 a)
 {
 	return pen_scale(a, 1.0f / pen_length(a));
 }
 
-static inline struct pen_vec3 pen_neg(struct pen_vec3 a)
+PEN_LANE struct pen_vec3 pen_neg(struct pen_vec3 a)
 {
 	return pen_vec3(-a.x, -a.y, -a.z);
 }
 
 /* Unlike fminf these are one instruction: b where either is a NaN. */
-static inline float pen_min(float a, float b)
+PEN_LANE float pen_min(float a, float b)
 {
 	return a < b ? a : b;
 }
 
-static inline float pen_max(float a, float b)
+PEN_LANE float pen_max(float a, float b)
 {
 	return a > b ? a : b;
 }
 
-static inline float pen_clamp(float x, float low, float high)
+PEN_LANE float pen_clamp(float x, float low, float high)
 {
 	return pen_min(pen_max(x, low), high);
 }
 
 /* For values that rounding may have brought below 0. */
-static inline float pen_sqrt_clamped(float x)
+PEN_LANE float pen_sqrt_clamped(float x)
 {
 	return sqrtf(pen_max(x, 0.0f));
 }
@@ -111,7 +114,7 @@ struct pen_sincos {
 };
 
 /* sin and cos of 2 pi u, |u| < 2^20: error 1.2e-7. */
-static inline struct pen_sincos pen_sincos_turns(float u)
+PEN_LANE struct pen_sincos pen_sincos_turns(float u)
 {
 	const int32_t quarter = (int32_t)floorf(u * 4.0f + 0.5f);
 	const float r = u - (float)quarter * 0.25f; /* exact, |r| <= 1/8 */
@@ -131,7 +134,7 @@ static inline struct pen_sincos pen_sincos_turns(float u)
 }
 
 /* Arc sine, radians; x is clamped to [-1, 1]: error 3e-7. */
-static inline float pen_asin(float x)
+PEN_LANE float pen_asin(float x)
 {
 	const float a = pen_min(fabsf(x), 1.0f);
 	const float t = a > 0.5f ? 0.5f - 0.5f * a : a * a;
@@ -144,7 +147,7 @@ static inline float pen_asin(float x)
 }
 
 /* The angle of (x, y) for y >= 0, in [0, pi]: relative error 4e-7; 0 for (0, 0). */
-static inline float pen_angle(float y, float x)
+PEN_LANE float pen_angle(float y, float x)
 {
 	const float a = fabsf(x);
 	const float high = pen_max(pen_max(a, y), 1e-37f);

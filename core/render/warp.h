@@ -14,7 +14,7 @@ struct pen_basis {
 
 /* From a unit normal, without a branch (Duff et al. 2017, "Building an orthonormal basis,
  * revisited"). */
-static inline struct pen_basis pen_basis(struct pen_vec3 n)
+PEN_LANE struct pen_basis pen_basis(struct pen_vec3 n)
 {
 	const float sign = copysignf(1.0f, n.z);
 	const float a = -1.0f / (sign + n.z);
@@ -27,18 +27,18 @@ static inline struct pen_basis pen_basis(struct pen_vec3 n)
 	};
 }
 
-static inline struct pen_vec3 pen_to_world(const struct pen_basis *basis, struct pen_vec3 v)
+PEN_LANE struct pen_vec3 pen_to_world(const struct pen_basis *basis, struct pen_vec3 v)
 {
 	return pen_madd(pen_madd(pen_scale(basis->t, v.x), v.y, basis->b), v.z, basis->n);
 }
 
-static inline struct pen_vec3 pen_to_local(const struct pen_basis *basis, struct pen_vec3 v)
+PEN_LANE struct pen_vec3 pen_to_local(const struct pen_basis *basis, struct pen_vec3 v)
 {
 	return pen_vec3(pen_dot(v, basis->t), pen_dot(v, basis->b), pen_dot(v, basis->n));
 }
 
 /* The unit disk by area; squares become wedges of bounded stretch (Shirley, Chiu 1997). */
-static inline struct pen_vec2 pen_warp_disk(float u, float v)
+PEN_LANE struct pen_vec2 pen_warp_disk(float u, float v)
 {
 	const float a = 2.0f * u - 1.0f;
 	const float b = 2.0f * v - 1.0f;
@@ -60,7 +60,7 @@ static inline struct pen_vec2 pen_warp_disk(float u, float v)
  * A regular polygon with its corners on the unit circle, by area. The first corner lies `turns`
  * of a full turn counter-clockwise from +x; u chooses the wedge and is used again within it.
  */
-static inline struct pen_vec2 pen_warp_polygon(uint32_t corners, float turns, float u, float v)
+PEN_LANE struct pen_vec2 pen_warp_polygon(uint32_t corners, float turns, float u, float v)
 {
 	const float n = (float)corners;
 	const float wedge = (float)(int32_t)(u * n);
@@ -75,7 +75,7 @@ static inline struct pen_vec2 pen_warp_polygon(uint32_t corners, float turns, fl
 }
 
 /* The hemisphere around +z with density cos / pi (Malley's method). */
-static inline struct pen_vec3 pen_warp_cosine(float u, float v)
+PEN_LANE struct pen_vec3 pen_warp_cosine(float u, float v)
 {
 	const struct pen_vec2 d = pen_warp_disk(u, v);
 
@@ -86,7 +86,7 @@ static inline struct pen_vec3 pen_warp_cosine(float u, float v)
  * Directions within a cone around +z, uniform: density 1 / (2 pi h), where h is one minus the
  * cosine of its half angle, so that narrow cones keep their precision.
  */
-static inline struct pen_vec3 pen_warp_cone(float h, float u, float v)
+PEN_LANE struct pen_vec3 pen_warp_cone(float h, float u, float v)
 {
 	const struct pen_vec2 d = pen_warp_disk(u, v);
 	const float drop = h * (d.x * d.x + d.y * d.y); /* 1 - cos of the direction's angle */
