@@ -48,10 +48,7 @@ bool pen_resource_over(const struct pen_resource *resource)
 
 const char *pen_resource_reason(const json_t *tree)
 {
-	const json_t *error = json_object_get(tree, "error");
-	const char *text = json_string_value(error);
+	const char *text = json_string_value(json_object_get(tree, "error"));
 
-	if (!text)
-		text = json_string_value(json_object_get(error, "detail"));
 	return text ? text : "no reason given";
 }

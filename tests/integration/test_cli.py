@@ -186,7 +186,7 @@ def test_watch_follows_until_the_render_is_done():
 
 
 def test_watch_tells_why_a_render_failed():
-    failed = {**RUNNING, "state": "failed", "error": {"detail": "tile 3 crashed three times"},
+    failed = {**RUNNING, "state": "failed", "error": "tile 3 crashed three times",
               "errors": [{"pointer": "/objects/2", "detail": "too large"}]}
     with FakeServer({("GET", "/v1/renders/abc"): [(200, RUNNING), (200, failed)]}) as server:
         run = penumbra("watch", "abc", server=server)
