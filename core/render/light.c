@@ -103,18 +103,20 @@ void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc)
 	}
 }
 
-double pen_light_power(const struct pen_light *light, double scene_radius)
+double pen_light_power(const struct pen_light_desc *desc, double scene_radius)
 {
-	const double luminance = 0.2126 * (double)light->color.x + 0.7152 * (double)light->color.y +
-				 0.0722 * (double)light->color.z;
+	const double luminance =
+		0.2126 * desc->color[0] + 0.7152 * desc->color[1] + 0.0722 * desc->color[2];
+	struct pen_light light;
 
-	switch (light->type) {
+	pen_light_init(&light, desc);
+	switch (desc->type) {
 	case PEN_LIGHT_RECTANGLE:
 	case PEN_LIGHT_TRIANGLE:
 	case PEN_LIGHT_DISK:
-	case PEN_LIGHT_SPHERE: return luminance * M_PI * (double)light->area;
+	case PEN_LIGHT_SPHERE: return luminance * M_PI * (double)light.area;
 	case PEN_LIGHT_POINT: return luminance * 4.0 * M_PI;
-	case PEN_LIGHT_SPOT: return luminance * 2.0 * M_PI * (1.0 - (double)light->spot_cos);
+	case PEN_LIGHT_SPOT: return luminance * 2.0 * M_PI * (1.0 - (double)light.spot_cos);
 	case PEN_LIGHT_DIRECTIONAL: return luminance * M_PI * scene_radius * scene_radius;
 	}
 	return 0.0;
@@ -407,7 +409,7 @@ PEN_LANE struct pen_light_sample sample_directional(
 	};
 }
 
-/* Inputs and outputs of pen_light_sample_all. */
+/* Inputs and outputs of pen_light_sample. */
 struct batch {
 	struct pen_light_points p;
 	const float *u, *v;
@@ -437,7 +439,7 @@ PEN_LANE void sample_all(
 	}
 }
 
-void pen_light_sample_all(const struct pen_light *light, uint32_t n,
+void pen_light_sample(const struct pen_light *light, uint32_t n,
 	const struct pen_light_points *points, const float *u, const float *v,
 	const struct pen_light_samples *ret_samples)
 {
@@ -454,7 +456,7 @@ void pen_light_sample_all(const struct pen_light *light, uint32_t n,
 	}
 }
 
-struct pen_light_sample pen_light_sample(
+struct pen_light_sample pen_light_sample_one(
 	const struct pen_light *light, struct pen_vec3 p, float u, float v)
 {
 	switch (light->type) {
@@ -520,7 +522,7 @@ struct pen_light_sample pen_light_centre(const struct pen_light *light, struct p
 	case PEN_LIGHT_DISK:
 	case PEN_LIGHT_SPHERE: break;
 	case PEN_LIGHT_POINT:
-	case PEN_LIGHT_SPOT: return pen_light_sample(light, p, 0.5f, 0.5f);
+	case PEN_LIGHT_SPOT: return pen_light_sample_one(light, p, 0.5f, 0.5f);
 	case PEN_LIGHT_DIRECTIONAL:
 		return (struct pen_light_sample){light->axis, INFINITY, 1.0f, 1.0f};
 	}

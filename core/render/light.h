@@ -39,7 +39,7 @@ void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc);
  * The power that a scene within a sphere of scene_radius gets, up to a factor common to all
  * lights: what lights are chosen by.
  */
-double pen_light_power(const struct pen_light *light, double scene_radius);
+double pen_light_power(const struct pen_light_desc *desc, double scene_radius);
 
 /*
  * What a light sends to a point, in one direction. With nothing between, its contribution to
@@ -60,7 +60,7 @@ struct pen_light_sample {
  * (cos - cos(cone_angle / 2)) / (blend (1 - cos(cone_angle / 2))), clamped to [0, 1], its strength
  * is t^2 (3 - 2 t) / distance^2.
  */
-struct pen_light_sample pen_light_sample(
+struct pen_light_sample pen_light_sample_one(
 	const struct pen_light *light, struct pen_vec3 p, float u, float v);
 
 /* Structure of arrays, each of n floats. */
@@ -73,7 +73,7 @@ struct pen_light_samples {
 };
 
 /* The same light for n points, with (u, v) in [0,1). */
-void pen_light_sample_all(const struct pen_light *light, uint32_t n,
+void pen_light_sample(const struct pen_light *light, uint32_t n,
 	const struct pen_light_points *points, const float *u, const float *v,
 	const struct pen_light_samples *ret_samples);
 
