@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/scene/canonical.h"
+
+#include "core/base/limits.h"
+#include "core/scene/parse.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static json_t *parse(const char *text)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	json_t *tree = NULL;
+
+	if (pen_json_parse(text, strlen(text), &tree, &err) < 0)
+		fail_msg("%s: %s", text, err.text);
+	return tree;
+}
+
+/* The canonical text of a tree; the caller frees it. */
+static char *canonical(const json_t *tree)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_buf buf;
+
+	pen_buf_init(&buf, PEN_SCENE_BYTES_MAX);
+	assert_int_equal(pen_json_canonical(tree, &buf, &err), 0);
+	return pen_buf_take(&buf);
+}
+
+static void assert_canonical(const char *text, const char *expected)
+{
+	json_t *tree = parse(text);
+	char *found = canonical(tree);
+
+	assert_string_equal(found, expected);
+	free(found);
+	json_decref(tree);
+}
+
+/* Reads a scene and gives the canonical text of the tree that it leaves. */
+static char *canonical_scene(const char *text)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_scene_errors errors;
+	struct pen_scene *scene = NULL;
+	json_t *tree = parse(text);
+	char *found;
+
+	if (pen_scene_parse(tree, &scene, &errors, &err) < 0)
+		fail_msg("%s", err.text);
+	found = canonical(tree);
+	pen_scene_destroy(scene);
+	json_decref(tree);
+	return found;
+}
+
+struct number {
+	uint64_t bits;
+	const char *text;
+};
+
+/* RFC 8785, appendix B, and powers of two where the nearest short decimal lies outside the double's
+ * interval. Broken by any digit that ECMAScript would not print. */
+static void numbers_are_ecmascripts(void **state)
+{
+	static const struct number numbers[] = {
+		{0x0000000000000000, "0"},
+		{0x8000000000000000, "0"},
+		{0x0000000000000001, "5e-324"},
+		{0x8000000000000001, "-5e-324"},
+		{0x7fefffffffffffff, "1.7976931348623157e+308"},
+		{0xffefffffffffffff, "-1.7976931348623157e+308"},
+		{0x4340000000000000, "9007199254740992"},
+		{0xc340000000000000, "-9007199254740992"},
+		{0x4430000000000000, "295147905179352830000"},
+		{0x44b52d02c7e14af5, "9.999999999999997e+22"},
+		{0x44b52d02c7e14af6, "1e+23"},
+		{0x44b52d02c7e14af7, "1.0000000000000001e+23"},
+		{0x444b1ae4d6e2ef4e, "999999999999999700000"},
+		{0x444b1ae4d6e2ef4f, "999999999999999900000"},
+		{0x444b1ae4d6e2ef50, "1e+21"},
+		{0x3eb0c6f7a0b5ed8c, "9.999999999999997e-7"},
+		{0x3eb0c6f7a0b5ed8d, "0.000001"},
+		{0x41b3de4355555553, "333333333.3333332"},
+		{0x41b3de4355555554, "333333333.33333325"},
+		{0x41b3de4355555555, "333333333.3333333"},
+		{0x41b3de4355555556, "333333333.3333334"},
+		{0x41b3de4355555557, "333333333.33333343"},
+		{0xbecbf647612f3696, "-0.0000033333333333333333"},
+		{0x43143ff3c1cb0959, "1424953923781206.2"},
+		{0x3d30000000000000, "5.684341886080802e-14"},
+		{0x0010000000000000, "2.2250738585072014e-308"},
+		{0x000fffffffffffff, "2.225073858507201e-308"},
+		{0x3ff0000000000000, "1"},
+		{0x3fb999999999999a, "0.1"},
+		{0x40c81c8000000000, "12345"},
+		{0x430c6bf52634000a, "1000000000000001.2"},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+		double number;
+		json_t *value;
+		char *text;
+
+		memcpy(&number, &numbers[i].bits, sizeof number);
+		value = json_real(number);
+		text = canonical(value);
+		assert_string_equal(text, numbers[i].text);
+		free(text);
+		json_decref(value);
+	}
+}
+
+/* Broken by a text that does not name its own double, or by digits to spare. */
+static void numbers_name_themselves(void **state)
+{
+	uint64_t bits = 88172645463325252u; /* xorshift's state (Marsaglia 2003) */
+
+	(void)state;
+	for (size_t i = 0; i < 20000; i++) {
+		double number;
+		json_t *value;
+		char *text;
+
+		bits ^= bits << 13;
+		bits ^= bits >> 7;
+		bits ^= bits << 17;
+		memcpy(&number, &bits, sizeof number);
+		value = json_real(number);
+		if (!value)
+			continue; /* not finite */
+		text = canonical(value);
+		assert_true(strtod(text, NULL) == number);
+		assert_in_range(strlen(text), 1, 25);
+		free(text);
+		json_decref(value);
+	}
+}
+
+/* RFC 8785, sections 3.2.2.2 and 3.2.3: escapes, and keys by UTF-16 code units. */
+static void strings_and_keys_are_as_in_the_rfc(void **state)
+{
+	(void)state;
+	assert_canonical("[\"\\u20ac$\\u000F\\u000aA'\\u0042\\u0022\\u005c\\\\\\\"\\/\"]",
+		"[\"\xe2\x82\xac$\\u000f\\nA'B\\\"\\\\\\\\\\\"/\"]");
+	assert_canonical("[\"\\b\\t\\n\\f\\r\\u007f\\u001f\"]", "[\"\\b\\t\\n\\f\\r\x7f\\u001f\"]");
+	assert_canonical("{\"\\u20ac\":1,\"\\r\":2,\"\\ufb33\":3,\"1\":4,\"\\ud83d\\ude00\":5,"
+			 "\"\\u0080\":6,\"\\u00f6\":7}",
+		"{\"\\r\":2,\"1\":4,\"\xc2\x80\":6,\"\xc3\xb6\":7,\"\xe2\x82\xac\":1,"
+		"\"\xf0\x9f\x98\x80\":5,\"\xef\xac\xb3\":3}");
+	assert_canonical(" { \"b\" : [ true , false , null , { } , [ ] ] , \"a\" : 1.0e0 } ",
+		"{\"a\":1,\"b\":[true,false,null,{},[]]}");
+}
+
+/* Broken by a text cut at the ceiling that is handed out as whole. */
+static void a_full_buffer_is_an_error(void **state)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	json_t *tree = parse("[1,2,3]");
+	struct pen_buf buf;
+
+	(void)state;
+	pen_buf_init(&buf, 6);
+	assert_int_equal(pen_json_canonical(tree, &buf, &err), PEN_ELIMIT);
+	pen_buf_finish(&buf);
+	pen_buf_init(&buf, 7);
+	assert_int_equal(pen_json_canonical(tree, &buf, &err), 0);
+	pen_buf_finish(&buf);
+	json_decref(tree);
+}
+
+static const char terse[] =
+	"{\"version\":1,\"image\":{\"width\":8,\"height\":4},"
+	"\"camera\":{\"keyframes\":[{\"time\":0},{\"time\":1,\"position\":[1,2,9]}]},"
+	"\"materials\":{\"b\":{\"type\":\"glass\"},\"a\":{\"type\":\"matte\"}},"
+	"\"objects\":[{\"type\":\"sphere\",\"material\":\"b\"}],"
+	"\"lights\":[{\"type\":\"spot\"}]}";
+
+/* Broken by an order, a spelling of a number or a default that leaves its trace. */
+static void one_scene_has_one_text(void **state)
+{
+	static const char wordy[] =
+		"{\"lights\":[{\"direction\":[0,-1,0],\"position\":[0,0,0],\"type\":\"spot\","
+		"\"blend\":-0.0,"
+		"\"cone_angle\":3e1,\"intensity\":[1,1.0,1e0]}],"
+		"\"objects\":[{\"center\":[0,0,0],\"radius\":1.0,\"transform\":{\"scale\":[1,1,1]},"
+		"\"keyframes\":[],\"visible\":true,\"material\":\"b\",\"type\":\"sphere\"}],\n"
+		"\"materials\":{\"a\":{\"color\":[0.5,0.50,5e-1],\"type\":\"matte\"},"
+		"\"b\":{\"roughness\":0,\"ior\":1.5,\"color\":[1,1,1],\"type\":\"glass\"}},\n"
+		"\"background\":{\"color\":[0,0,0]},\"sampling\":{\"seed\":0,\"samples\":6.4e1,"
+		"\"sequence\":\"sobol\",\"mode\":\"uniform\"},"
+		"\"integrator\":{\"max_depth\":6,\"type\":\"distribution\"},"
+		"\"camera\":{\"keyframes\":[{\"time\":0.0,\"position\":[0,2,10],\"look_at\":[0,0,0]"
+		","
+		"\"up\":[0,1,0]},{\"position\":[1,2,9],\"time\":1}],\"blades\":0,\"position\":[0,2,"
+		"10],"
+		"\"look_at\":[0,0,0]},"
+		"\"image\":{\"height\":4,\"width\":8.0,\"crop\":[0,0,8,4],\"aovs\":[],\"exposure\":"
+		"0,"
+		"\"filter\":{\"width\":3,\"type\":\"gaussian\"}},\"version\":1.0}";
+	char *a = canonical_scene(terse), *b = canonical_scene(wordy);
+
+	(void)state;
+	assert_string_equal(a, b);
+	free(a);
+	free(b);
+}
+
+/* Broken by a default that is not what it reads as, or that is missing from the text. */
+static void canonical_text_is_a_fixed_point(void **state)
+{
+	char *once = canonical_scene(terse), *twice = canonical_scene(once);
+
+	(void)state;
+	assert_string_equal(once, twice);
+	assert_non_null(strstr(once, "\"crop\":[0,0,8,4]"));
+	assert_non_null(strstr(once, "\"focus_distance\":10.198039027185569"));
+	free(once);
+	free(twice);
+}
+
+struct patch {
+	const char *target, *patch, *result;
+};
+
+/* The examples of RFC 7396, appendix A, that have objects for target and patch, below one key. */
+static void merge_patch_is_as_in_the_rfc(void **state)
+{
+	static const struct patch patches[] = {
+		{"{\"a\":\"b\"}", "{\"a\":\"c\"}", "{\"a\":\"c\"}"},
+		{"{\"a\":\"b\"}", "{\"b\":\"c\"}", "{\"a\":\"b\",\"b\":\"c\"}"},
+		{"{\"a\":\"b\"}", "{\"a\":null}", "{}"},
+		{"{\"a\":\"b\",\"b\":\"c\"}", "{\"a\":null}", "{\"b\":\"c\"}"},
+		{"{\"a\":[\"b\"]}", "{\"a\":\"c\"}", "{\"a\":\"c\"}"},
+		{"{\"a\":\"c\"}", "{\"a\":[\"b\"]}", "{\"a\":[\"b\"]}"},
+		{"{\"a\":{\"b\":\"c\"}}", "{\"a\":{\"b\":\"d\",\"c\":null}}",
+			"{\"a\":{\"b\":\"d\"}}"},
+		{"{\"a\":[{\"b\":\"c\"}]}", "{\"a\":[1]}", "{\"a\":[1]}"},
+		{"{\"e\":null}", "{\"a\":1}", "{\"a\":1,\"e\":null}"},
+		{"{\"a\":\"foo\"}", "{\"a\":{\"b\":null,\"c\":1}}", "{\"a\":{\"c\":1}}"},
+		{"{}", "{\"a\":{\"bb\":{\"ccc\":null}}}", "{\"a\":{\"bb\":{}}}"},
+		{"{\"a\":1}", "{\"a\":[{\"b\":null}]}", "{\"a\":[{\"b\":null}]}"},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof patches / sizeof *patches; i++) {
+		struct pen_error err = PEN_ERROR_INIT;
+		json_t *target = parse(patches[i].target), *patch = parse(patches[i].patch);
+		char *text, *patch_text;
+
+		assert_int_equal(pen_json_merge_patch(target, patch, &err), 0);
+		text = canonical(target);
+		assert_string_equal(text, patches[i].result);
+		patch_text = canonical(patch);
+		assert_string_equal(patch_text, patches[i].patch);
+		free(text);
+		free(patch_text);
+		json_decref(target);
+		json_decref(patch);
+	}
+}
+
+/* Broken by a target that shares values with its patch: filling the one would change the other. */
+static void merged_values_are_copies(void **state)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	json_t *target = parse("{}"), *patch = parse("{\"a\":{\"b\":{}},\"c\":[{}]}");
+
+	(void)state;
+	assert_int_equal(pen_json_merge_patch(target, patch, &err), 0);
+	json_object_set_new(json_object_get(json_object_get(target, "a"), "b"), "x", json_null());
+	json_object_set_new(json_array_get(json_object_get(target, "c"), 0), "x", json_null());
+	assert_int_equal(json_object_size(json_object_get(json_object_get(patch, "a"), "b")), 0);
+	assert_int_equal(json_object_size(json_array_get(json_object_get(patch, "c"), 0)), 0);
+	json_decref(patch);
+	patch = parse("[]");
+	assert_int_equal(pen_json_merge_patch(target, patch, &err), PEN_EINVALID);
+	json_decref(target);
+	json_decref(patch);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(numbers_are_ecmascripts),
+		cmocka_unit_test(numbers_name_themselves),
+		cmocka_unit_test(strings_and_keys_are_as_in_the_rfc),
+		cmocka_unit_test(a_full_buffer_is_an_error),
+		cmocka_unit_test(one_scene_has_one_text),
+		cmocka_unit_test(canonical_text_is_a_fixed_point),
+		cmocka_unit_test(merge_patch_is_as_in_the_rfc),
+		cmocka_unit_test(merged_values_are_copies),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
