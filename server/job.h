@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <uv.h>
 
 /*
  * Renders as the coordinator knows them. All of this runs on the loop thread; a struct pen_job
@@ -40,10 +41,10 @@ struct pen_job {
 	char id[PEN_JOB_ID_TEXT];
 	uint64_t number; /* rises with each job; newest = highest */
 	enum pen_job_state state;
-	char *name;                     /* from the options, or NULL */
+	char *name;			/* from the options, or NULL */
 	struct pen_sha256 scene_sha256; /* of the canonical text */
-	char *equivalence_class;        /* NULL until its first unit is leased */
-	char content[PEN_SHA256_TEXT];  /* content address; "" until the class is known */
+	char *equivalence_class;	/* NULL until its first unit is leased */
+	char content[PEN_SHA256_TEXT];	/* content address; "" until the class is known */
 	uint32_t priority;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;
@@ -55,15 +56,15 @@ struct pen_job {
 	int64_t created_ms, started_ms, finished_ms;
 	double eta_seconds; /* < 0: unknown */
 	uint32_t restarts;
-	struct pen_error error;           /* of a failed one */
-	struct pen_scene_errors *errors;  /* of a failed one, or NULL */
-	uint64_t revision;                /* rises with each change of anything above */
-	uint64_t image_revision;          /* rises with each merged tile; 0 = nothing rendered */
+	struct pen_error error;		 /* of a failed one */
+	struct pen_scene_errors *errors; /* of a failed one, or NULL */
+	uint64_t revision;		 /* rises with each change of anything above */
+	uint64_t image_revision;	 /* rises with each merged tile; 0 = nothing rendered */
 };
 
 struct pen_submission {
 	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */
-	char *canonical;         /* canonical text, heap; ownership passes likewise */
+	char *canonical;	 /* canonical text, heap; ownership passes likewise */
 	size_t canonical_size;
 	const char *name; /* NULL without one */
 	uint32_t priority;
@@ -103,7 +104,33 @@ struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before);
  * A read-only descriptor of the framebuffer (layout in server/framebuf.h), the caller closes it.
  * PEN_ENOTFOUND while nothing is rendered.
  */
-int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd,
-	struct pen_error *err);
+int pen_jobs_open_image(
+	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err);
+
+/* What follows is the server's own. */
+
+struct pen_store;
+struct pen_dispatch;
+
+struct pen_jobs_options {
+	const char *data_dir; /* holds frames/; borrowed, as are the next two */
+	struct pen_store *store;
+	struct pen_dispatch *dispatch;
+	uint32_t processes; /* of the local farm, which may not have connected yet */
+	uint32_t tile_px;   /* of every new job; 0: pen_plan_tile_px */
+	/* The store is broken: nothing can be promised any more. */
+	void (*broken)(void *user, const struct pen_error *err);
+	void *user;
+};
+
+/* Loads what the store holds and goes on with the unfinished ones. */
+int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,
+	struct pen_jobs **ret_jobs, struct pen_error *err);
+
+/* From now on nothing is accepted or changed (PEN_ECLOSED); what is merged goes to the store. */
+void pen_jobs_close(struct pen_jobs *jobs);
+
+/* After the store has been destroyed, so that nothing is under way; frees when the loop has run. */
+void pen_jobs_destroy(struct pen_jobs *jobs);
 
 #endif

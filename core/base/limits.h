@@ -55,9 +55,10 @@
 #define PEN_SCENES_CACHED_MAX 8u
 
 /* Coordinator */
-#define PEN_MERGING_MAX	     256u  /* results on their way into framebuffers */
-#define PEN_STORE_QUEUE_MAX  4096u /* requests that wait for the disk */
-#define PEN_TILES_COMMIT_MAX 64u   /* tile rows committed together */
+#define PEN_MERGING_MAX	       256u	    /* results on their way into framebuffers */
+#define PEN_STORE_QUEUE_MAX    4096u	    /* requests that wait for the disk */
+#define PEN_TILES_COMMIT_MAX   64u	    /* tile rows committed together */
+#define PEN_DISK_RESERVE_BYTES (64ul << 20) /* kept free when a render is accepted */
 
 /* HTTP */
 #define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/accept.h"
+
+#include "core/base/clock.h"
+#include "core/base/limits.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/statvfs.h>
+
+int pen_accept_check_disk(const char *dir, const struct pen_scene *scene, struct pen_error *err)
+{
+	uint64_t need = pen_rect_area(scene->image.crop) * PEN_CHANNELS * sizeof(float);
+	struct statvfs disk;
+
+	if (statvfs(dir, &disk) < 0)
+		return pen_error_system(err, errno, "cannot look at the disk");
+	if ((uint64_t)disk.f_bavail * disk.f_frsize < need + PEN_DISK_RESERVE_BYTES)
+		return pen_error_set(err, PEN_ENOSPACE, "the disk of the data directory is full");
+	return 0;
+}
+
+/* 128 random bits in RFC 4648 base32, lower case, without padding. */
+static int make_id(char *ret_id, struct pen_error *err)
+{
+	static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
+	unsigned char bits[16];
+
+	if (getrandom(bits, sizeof bits, 0) != sizeof bits)
+		return pen_error_system(err, errno, "no random bits");
+	for (unsigned i = 0; i < PEN_JOB_ID_TEXT - 1; i++) {
+		unsigned byte = 5 * i / 8;
+		unsigned pair = (unsigned)bits[byte] << 8;
+
+		if (byte + 1 < sizeof bits)
+			pair |= bits[byte + 1];
+		ret_id[i] = digits[pair >> (11 - 5 * i % 8) & 31];
+	}
+	ret_id[PEN_JOB_ID_TEXT - 1] = '\0';
+	return 0;
+}
+
+int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
+	struct pen_job *ret_job, struct pen_error *err)
+{
+	const struct pen_scene *scene = submission->scene;
+	struct pen_job job = {
+		.state = PEN_JOB_QUEUED,
+		.width = scene->image.width,
+		.height = scene->image.height,
+		.samples = scene->sampling.samples,
+		.exposure = scene->image.exposure,
+		.created_ms = pen_clock_wall_ms(),
+		.eta_seconds = -1,
+		.revision = 1,
+	};
+	int r = make_id(job.id, err);
+
+	if (r == 0)
+		r = pen_sha256_of(
+			submission->canonical, submission->canonical_size, &job.scene_sha256, err);
+	if (r == 0 && submission->name && !(job.name = strdup(submission->name)))
+		r = pen_error_memory(err);
+	if (r < 0)
+		return r;
+	pen_tiling_init(&job.tiling, scene->image.crop, tile_px);
+	job.units_total = (uint64_t)job.tiling.count * pen_round_count(job.samples);
+	*ret_job = job;
+	return 0;
+}
