@@ -27,17 +27,25 @@ struct pen_encoding {
 };
 
 /*
- * A file with the encoded image, unlinked or cached: size bytes, read-only; the callee closes fd.
+ * A file with the encoded image: size bytes, read-only, without a name; the callee closes fd.
  * On failure fd is -1. Called from the loop, never from within pen_encoders_request.
  */
 typedef void pen_encoding_fn(void *user, int fd, uint64_t size, const struct pen_error *err);
 
-/* cache_dir exists; program is the path of penumbra-encoder. */
+/* cache_dir exists and gets the files, which never have a name for long; program is the path of
+ * penumbra-encoder. */
 int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_dir,
 	struct pen_encoders **ret_encoders, struct pen_error *err);
 
 /* Stops the helpers; waiting requests end with PEN_ECLOSED; memory goes when the loop has run. */
 void pen_encoders_destroy(struct pen_encoders *encoders);
+
+/*
+ * A descriptor of the image if it was encoded lately and is still kept, else -1; the caller closes
+ * it. Costs no more than a dup.
+ */
+int pen_encoders_cached(
+	struct pen_encoders *encoders, const struct pen_encoding *encoding, uint64_t *ret_size);
 
 /*
  * framebuffer_fd (see server/framebuf.h) passes to the callee, also on failure. Equal requests

@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/answer.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define PROBLEM_TYPE "application/problem+json"
+
+void pen_answer_init(struct pen_answer *answer, unsigned status)
+{
+	*answer = (struct pen_answer){.status = status, .fd = -1};
+}
+
+void pen_answer_finish(struct pen_answer *answer)
+{
+	free(answer->text);
+	if (answer->fd >= 0)
+		(void)close(answer->fd);
+	answer->text = NULL;
+	answer->fd = -1;
+}
+
+void pen_answer_field(struct pen_answer *answer, const char *name, const char *format, ...)
+{
+	struct pen_answer_field *field = &answer->fields[answer->field_count];
+	va_list args;
+	int n;
+
+	assert(answer->field_count < PEN_ANSWER_FIELDS_MAX);
+	va_start(args, format);
+	n = vsnprintf(field->value, sizeof field->value, format, args);
+	va_end(args);
+	assert(n >= 0 && (size_t)n < sizeof field->value);
+	field->name = name;
+	answer->field_count++;
+}
+
+static void body_of(struct pen_answer *answer, const char *content_type, json_t *tree)
+{
+	answer->text = json_dumps(tree, JSON_COMPACT | JSON_REAL_PRECISION(12));
+	json_decref(tree);
+	if (!answer->text) {
+		answer->status = 500;
+		return;
+	}
+	answer->content_type = content_type;
+	answer->size = strlen(answer->text);
+}
+
+void pen_answer_json(struct pen_answer *answer, unsigned status, json_t *tree)
+{
+	pen_answer_init(answer, status);
+	body_of(answer, "application/json", tree);
+}
+
+static const char *title_of(unsigned status)
+{
+	static const struct {
+		unsigned status;
+		const char *title;
+	} titles[] = {
+		{400, "Bad Request"},
+		{404, "Not Found"},
+		{405, "Method Not Allowed"},
+		{406, "Not Acceptable"},
+		{409, "Conflict"},
+		{410, "Gone"},
+		{413, "Content Too Large"},
+		{415, "Unsupported Media Type"},
+		{416, "Range Not Satisfiable"},
+		{421, "Misdirected Request"},
+		{500, "Internal Server Error"},
+		{503, "Service Unavailable"},
+		{507, "Insufficient Storage"},
+	};
+
+	for (size_t i = 0; i < sizeof titles / sizeof titles[0]; i++) {
+		if (titles[i].status == status)
+			return titles[i].title;
+	}
+	return "Error";
+}
+
+static json_t *problem(unsigned status, const char *detail)
+{
+	return json_pack("{s:s, s:s, s:i, s:s}", "type", "about:blank", "title", title_of(status),
+		"status", (int)status, "detail", detail);
+}
+
+void pen_answer_problem(struct pen_answer *answer, unsigned status, const char *detail)
+{
+	pen_answer_init(answer, status);
+	body_of(answer, PROBLEM_TYPE, problem(status, detail));
+}
+
+void pen_answer_scene_errors(
+	struct pen_answer *answer, const struct pen_scene_errors *errors, const char *prefix)
+{
+	json_t *tree = problem(400, "the scene is not valid: see errors");
+	json_t *list = json_array();
+
+	for (size_t i = 0; i < errors->count; i++) {
+		const struct pen_scene_error *error = &errors->items[i];
+
+		(void)json_array_append_new(list, json_pack("{s:s+, s:s}", "pointer", prefix,
+							  error->pointer, "detail", error->detail));
+	}
+	(void)json_object_set_new(tree, "errors", list);
+	pen_answer_init(answer, 400);
+	body_of(answer, PROBLEM_TYPE, tree);
+}
+
+static unsigned status_of(int code)
+{
+	switch (code) {
+	case PEN_EINVALID:
+	case PEN_EUNSUPPORTED: return 400;
+	case PEN_ENOTFOUND: return 404;
+	case PEN_ECONFLICT: return 409;
+	case PEN_ELIMIT:
+	case PEN_EAGAIN:
+	case PEN_ECLOSED: return 503;
+	case PEN_ENOSPACE: return 507;
+	default: return 500;
+	}
+}
+
+void pen_answer_error(struct pen_answer *answer, const struct pen_error *err)
+{
+	unsigned status = status_of(err->code);
+
+	pen_answer_problem(answer, status, err->text);
+	if (status == 503)
+		pen_answer_field(answer, "Retry-After", "5");
+}

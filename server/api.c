@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/api.h"
+
+#include "server/api_farm.h"
+#include "server/api_image.h"
+#include "server/api_render.h"
+#include "server/api_submit.h"
+#include "server/fields.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef void handler_fn(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+
+/* HEAD goes where GET goes. */
+static const struct route {
+	const char *pattern;
+	enum pen_method method;
+	handler_fn *handler;
+} routes[] = {
+	{"/v1/renders/{id}", PEN_GET, pen_api_render_get},
+	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch},
+	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete},
+	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get},
+	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},
+	{"/v1/renders", PEN_GET, pen_api_render_list},
+	{"/v1/renders", PEN_POST, pen_api_submit},
+	{"/v1/workers", PEN_GET, pen_api_workers},
+	{"/v1/farm", PEN_GET, pen_api_farm},
+	{"/livez", PEN_GET, pen_api_livez},
+	{"/readyz", PEN_GET, pen_api_readyz},
+	{"/", PEN_GET, pen_api_root},
+};
+
+enum { ROUTES = sizeof routes / sizeof routes[0] };
+
+/* Takes the piece of path that stands for {…}; false when it is empty or too long. */
+static bool capture(const char **path, char *ret_text, size_t size)
+{
+	size_t length = strcspn(*path, "/.");
+
+	if (length == 0 || length >= size)
+		return false;
+	memcpy(ret_text, *path, length);
+	ret_text[length] = '\0';
+	*path += length;
+	return true;
+}
+
+static bool match(const char *pattern, const char *path, struct pen_api_parameters *ret_parameters)
+{
+	struct pen_api_parameters *found = ret_parameters;
+
+	*found = (struct pen_api_parameters){.id = ""};
+	while (*pattern) {
+		if (*pattern != '{') {
+			if (*pattern++ != *path++)
+				return false;
+			continue;
+		}
+		if (pattern[1] == 'i' ? !capture(&path, found->id, sizeof found->id)
+				      : !capture(&path, found->extension, sizeof found->extension))
+			return false;
+		pattern = strchr(pattern, '}') + 1;
+	}
+	return *path == '\0';
+}
+
+static const char *method_name(enum pen_method method)
+{
+	switch (method) {
+	case PEN_GET: return "GET, HEAD";
+	case PEN_POST: return "POST";
+	case PEN_PATCH: return "PATCH";
+	case PEN_DELETE: return "DELETE";
+	default: return "";
+	}
+}
+
+static void refuse_method(struct pen_exchange *exchange)
+{
+	struct pen_api_parameters parameters;
+	struct pen_answer answer;
+	char allow[64] = "";
+	size_t used = 0;
+
+	for (size_t i = 0; i < ROUTES; i++) {
+		if (match(routes[i].pattern, exchange->path, &parameters))
+			used += (size_t)snprintf(allow + used, sizeof allow - used, "%s%s",
+				used > 0 ? ", " : "", method_name(routes[i].method));
+	}
+	pen_answer_problem(&answer, 405, "this resource has no such method: see Allow");
+	pen_answer_field(&answer, "Allow", "%s", allow);
+	pen_exchange_answer(exchange, &answer);
+}
+
+/* Another site's page may resolve its own name to this machine; its requests tell that name. */
+static bool host_refused(struct pen_exchange *exchange)
+{
+	const char *host = pen_exchange_field(exchange, "Host");
+
+	if (pen_field_host_is_local(host))
+		return false;
+	pen_exchange_problem(exchange, host ? 421 : 400,
+		host ? "this service does not answer for that host name"
+		     : "the request has no Host field");
+	return true;
+}
+
+void pen_api_handle(struct pen_exchange *exchange)
+{
+	enum pen_method method = exchange->method == PEN_HEAD ? PEN_GET : exchange->method;
+	struct pen_api_parameters parameters;
+	bool known = false;
+
+	if (host_refused(exchange))
+		return;
+	for (size_t i = 0; i < ROUTES; i++) {
+		if (!match(routes[i].pattern, exchange->path, &parameters))
+			continue;
+		if (routes[i].method == method) {
+			routes[i].handler(exchange, &parameters);
+			return;
+		}
+		known = true;
+	}
+	if (known)
+		refuse_method(exchange);
+	else
+		pen_exchange_problem(exchange, 404, "there is nothing at this path");
+}
+
+struct pen_job *pen_api_find_job(struct pen_exchange *exchange, const char *id)
+{
+	bool removed = false;
+	struct pen_job *job = pen_jobs_find(exchange->api->jobs, id, &removed);
+
+	if (!job)
+		pen_exchange_problem(exchange, removed ? 410 : 404,
+			removed ? "this render was removed" : "there is no such render");
+	return job;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_API_H
+#define PEN_SERVER_API_H
+
+#include "server/encode.h"
+#include "server/exchange.h"
+#include "server/farm.h"
+#include "server/job.h"
+
+#include <stdbool.h>
+#include <uv.h>
+
+/* What version 1 of the HTTP interface offers: paths and methods to their handlers. */
+struct pen_api {
+	uv_loop_t *loop;
+	struct pen_jobs *jobs;
+	struct pen_farm *farm;
+	struct pen_encoders *encoders;
+	bool draining; /* no new renders */
+	uint64_t boot; /* differs from start to start: revisions begin anew with each */
+};
+
+/* What a path held in place of {…}. */
+struct pen_api_parameters {
+	char id[64];
+	char extension[8];
+};
+
+/* Answers the exchange, now or later. */
+void pen_api_handle(struct pen_exchange *exchange);
+
+/* The job of a path; when there is none, answers 404 or 410 and returns NULL. */
+struct pen_job *pen_api_find_job(struct pen_exchange *exchange, const char *id);
+
+#endif

@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/api_farm.h"
+
+#include "core/base/clock.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static json_t *worker_json(const struct pen_worker *worker)
+{
+	char id[24], connected[32], heartbeat[32];
+
+	(void)snprintf(id, sizeof id, "%llu", (unsigned long long)worker->id);
+	pen_clock_format(worker->connected_ms, connected, sizeof connected);
+	pen_clock_format(worker->heartbeat_ms, heartbeat, sizeof heartbeat);
+	return json_pack(
+		"{s:s, s:s?, s:s?, s:i, s:s, s:s?, s:s?, s:i, s:I, s:I, s:f, s:s, s:s, s:i}", "id",
+		id, "name", worker->name, "address", worker->address, "processes",
+		(int)worker->processes, "state", worker->draining ? "draining" : "ready", "class",
+		worker->equivalence_class, "version", worker->version, "leases",
+		(int)worker->leases, "units_done", (json_int_t)worker->units_done, "samples_done",
+		(json_int_t)worker->samples_done, "samples_per_second", worker->samples_per_second,
+		"connected", connected, "last_heartbeat", heartbeat, "strikes",
+		(int)worker->strikes);
+}
+
+void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const struct pen_farm *farm = exchange->api->farm;
+	const struct pen_worker *worker = NULL;
+	json_t *list = json_array();
+	struct pen_answer answer;
+
+	(void)parameters;
+	while ((worker = pen_farm_next(farm, worker ? worker->id : 0)))
+		(void)json_array_append_new(list, worker_json(worker));
+	pen_answer_json(&answer, 200, json_pack("{s:o}", "workers", list));
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const struct pen_farm *farm = exchange->api->farm;
+	const struct pen_worker *worker = NULL;
+	int workers = 0, processes = 0;
+	double rate = 0.0;
+	struct pen_answer answer;
+
+	(void)parameters;
+	while ((worker = pen_farm_next(farm, worker ? worker->id : 0))) {
+		workers++;
+		processes += (int)worker->processes;
+		rate += worker->samples_per_second;
+	}
+	pen_answer_json(&answer, 200,
+		json_pack("{s:s, s:b, s:i, s:i, s:I, s:f, s:s}", "version", PEN_VERSION, "draining",
+			exchange->api->draining, "workers", workers, "processes", processes,
+			"queue_depth", (json_int_t)pen_farm_queue_depth(farm), "samples_per_second",
+			rate, "why_waiting", pen_farm_why_waiting(farm)));
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}
+
+static void answer_text(struct pen_exchange *exchange, unsigned status, const char *text)
+{
+	struct pen_answer answer;
+
+	pen_answer_init(&answer, status);
+	answer.content_type = "text/plain; charset=utf-8";
+	answer.text = strdup(text);
+	answer.size = answer.text ? strlen(text) : 0;
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_livez(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	(void)parameters;
+	answer_text(exchange, 200, "ok\n");
+}
+
+void pen_api_readyz(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	bool draining = exchange->api->draining;
+
+	(void)parameters;
+	answer_text(exchange, draining ? 503 : 200, draining ? "draining\n" : "ok\n");
+}
+
+void pen_api_root(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	(void)parameters;
+	answer_text(exchange, 200,
+		"Penumbra " PEN_VERSION ", a render service.\n"
+		"POST a scene to /v1/renders, then poll what Location names.\n");
+}

@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/api_image.h"
+
+#include "server/api_render.h"
+#include "server/fields.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* An image on its way to the client: what the answer says of it, as it was when it was asked for.
+ */
+struct delivery {
+	struct pen_exchange *exchange;
+	enum pen_image_format format;
+	bool final, negotiated;
+	double progress;
+	char etag[PEN_ANSWER_VALUE];
+};
+
+/* The fields that 200, 206 and 304 share. */
+static void add_fields(struct pen_answer *answer, const struct delivery *delivery)
+{
+	pen_answer_field(answer, "ETag", "%s", delivery->etag);
+	pen_answer_field(answer, "Cache-Control", "%s",
+		delivery->final ? "max-age=31536000, immutable" : "no-cache");
+	/* Rounded down, so that 1.00 is the end and not nearly. */
+	pen_answer_field(
+		answer, "Penumbra-Progress", "%.2f", floor(delivery->progress * 100.0) / 100.0);
+	if (delivery->negotiated)
+		pen_answer_field(answer, "Vary", "Accept");
+}
+
+/* Cuts the answer down to the range that the client asked for, if it did. */
+static void apply_range(struct pen_answer *answer, const struct delivery *delivery)
+{
+	const char *range = pen_exchange_field(delivery->exchange, "Range");
+	const char *if_range = pen_exchange_field(delivery->exchange, "If-Range");
+	uint64_t whole = answer->size, first, count;
+
+	pen_answer_field(answer, "Accept-Ranges", "bytes");
+	if (if_range && strcmp(if_range, delivery->etag) != 0)
+		return;
+	switch (pen_field_range(range, whole, &first, &count)) {
+	case PEN_RANGE_WHOLE: return;
+	case PEN_RANGE_PART:
+		answer->status = 206;
+		answer->offset = first;
+		answer->size = count;
+		pen_answer_field(answer, "Content-Range", "bytes %" PRIu64 "-%" PRIu64 "/%" PRIu64,
+			first, first + count - 1, whole);
+		return;
+	case PEN_RANGE_UNSATISFIABLE:
+		pen_answer_finish(answer);
+		pen_answer_problem(answer, 416, "the image ends before that range");
+		pen_answer_field(answer, "Content-Range", "bytes */%" PRIu64, whole);
+		return;
+	}
+}
+
+static void deliver(const struct delivery *delivery, int fd, uint64_t size)
+{
+	struct pen_answer answer;
+
+	pen_answer_init(&answer, 200);
+	answer.content_type = pen_image_format_media_type(delivery->format);
+	answer.fd = fd;
+	answer.size = size;
+	add_fields(&answer, delivery);
+	apply_range(&answer, delivery);
+	pen_exchange_answer(delivery->exchange, &answer);
+}
+
+static void encoded(void *user, int fd, uint64_t size, const struct pen_error *err)
+{
+	struct delivery *delivery = user;
+
+	if (fd >= 0)
+		deliver(delivery, fd, size);
+	else
+		pen_exchange_error(delivery->exchange, err);
+	free(delivery);
+}
+
+/* By the path's extension, else by Accept; answers 404 or 406 and returns false. */
+static bool choose_format(
+	struct pen_exchange *exchange, const char *extension, enum pen_image_format *ret_format)
+{
+	const char *media_types[PEN_IMAGE_FORMATS];
+	size_t choice;
+
+	if (extension[0]) {
+		if (pen_image_format_parse(extension, ret_format))
+			return true;
+		pen_exchange_problem(exchange, 404, "an image is .png, .jpg, .exr or .hdr");
+		return false;
+	}
+	for (unsigned i = 0; i < PEN_IMAGE_FORMATS; i++)
+		media_types[i] = pen_image_format_media_type((enum pen_image_format)i);
+	choice = pen_field_accept(
+		pen_exchange_field(exchange, "Accept"), media_types, PEN_IMAGE_FORMATS);
+	if (choice == PEN_IMAGE_FORMATS) {
+		pen_exchange_problem(exchange, 406,
+			"offered are image/png, image/jpeg, image/x-exr and image/vnd.radiance");
+		return false;
+	}
+	*ret_format = (enum pen_image_format)choice;
+	return true;
+}
+
+/* From ?exposure=, else as the scene says; answers 400 and returns false. */
+static bool choose_exposure(struct pen_exchange *exchange, double *exposure)
+{
+	const char *text = pen_exchange_query(exchange, "exposure");
+	char *end;
+
+	if (pen_exchange_query(exchange, "layer")) {
+		pen_exchange_problem(exchange, 400, "layer is not supported yet");
+		return false;
+	}
+	if (!text)
+		return true;
+	*exposure = strtod(text, &end);
+	if (end != text && *end == '\0' && fabs(*exposure) <= PEN_EXPOSURE_MAX)
+		return true;
+	pen_exchange_problem(exchange, 400, "exposure must be a number from -64 to 64, in stops");
+	return false;
+}
+
+/* The framebuffer, or before anything is rendered a file of zeros, which reads as no samples. */
+static int open_framebuffer(
+	struct pen_api *api, const struct pen_job *job, int *ret_fd, struct pen_error *err)
+{
+	int fd;
+
+	if (job->image_revision > 0)
+		return pen_jobs_open_image(api->jobs, job, ret_fd, err);
+	fd = open("/dev/zero", O_RDONLY | O_CLOEXEC);
+	if (fd < 0)
+		return pen_error_system(err, errno, "/dev/zero");
+	*ret_fd = fd;
+	return 0;
+}
+
+static void request_encoding(const struct delivery *delivery, const struct pen_encoding *encoding,
+	const struct pen_job *job)
+{
+	struct pen_exchange *exchange = delivery->exchange;
+	struct pen_error err = PEN_ERROR_INIT;
+	struct delivery *copy = malloc(sizeof *copy);
+	int fd;
+	int r;
+
+	if (!copy) {
+		(void)pen_error_memory(&err);
+		pen_exchange_error(exchange, &err);
+		return;
+	}
+	*copy = *delivery;
+	r = open_framebuffer(exchange->api, job, &fd, &err);
+	if (r == 0)
+		r = pen_encoders_request(
+			exchange->api->encoders, encoding, fd, encoded, copy, &err);
+	if (r < 0) {
+		free(copy);
+		pen_exchange_error(exchange, &err);
+	}
+}
+
+static void answer_image(
+	struct delivery *delivery, const struct pen_encoding *encoding, const struct pen_job *job)
+{
+	struct pen_exchange *exchange = delivery->exchange;
+	struct pen_answer answer;
+	uint64_t size;
+	int fd;
+
+	if (pen_field_etag_matches(pen_exchange_field(exchange, "If-None-Match"), delivery->etag)) {
+		pen_answer_init(&answer, 304);
+		add_fields(&answer, delivery);
+		pen_exchange_answer(exchange, &answer);
+		return;
+	}
+	fd = pen_encoders_cached(exchange->api->encoders, encoding, &size);
+	if (fd >= 0)
+		deliver(delivery, fd, size);
+	else
+		request_encoding(delivery, encoding, job);
+}
+
+void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct delivery delivery = {.exchange = exchange};
+	struct pen_encoding encoding;
+
+	if (!job)
+		return;
+	encoding = (struct pen_encoding){
+		.job_id = job->id,
+		.revision = job->image_revision,
+		.final = job->state == PEN_JOB_DONE,
+		.width = job->width,
+		.height = job->height,
+		.tiling = job->tiling,
+		.exposure = job->exposure,
+	};
+	if (!choose_format(exchange, parameters->extension, &encoding.format) ||
+		!choose_exposure(exchange, &encoding.exposure))
+		return;
+	if (pen_api_render_over(job) && job->image_revision == 0) {
+		pen_exchange_problem(
+			exchange, 409, "this render ended before any of it was rendered");
+		return;
+	}
+	delivery.format = encoding.format;
+	delivery.final = encoding.final;
+	delivery.negotiated = !parameters->extension[0];
+	delivery.progress = pen_api_render_progress(job);
+	(void)snprintf(delivery.etag, sizeof delivery.etag, "\"%" PRIx64 "-%" PRIu64 "-%s%a\"",
+		encoding.final ? 0 : exchange->api->boot, encoding.revision,
+		pen_image_format_extension(encoding.format), encoding.exposure);
+	answer_image(&delivery, &encoding, job);
+}

@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/api_render.h"
+
+#include "core/base/clock.h"
+#include "server/fields.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { PAGE_DEFAULT = 50 };
+
+bool pen_api_render_over(const struct pen_job *job)
+{
+	return job->state == PEN_JOB_DONE || job->state == PEN_JOB_FAILED ||
+	       job->state == PEN_JOB_CANCELLED;
+}
+
+double pen_api_render_progress(const struct pen_job *job)
+{
+	return job->units_total > 0 ? (double)job->units_done / (double)job->units_total : 0.0;
+}
+
+static void set(json_t *object, const char *key, json_t *value)
+{
+	(void)json_object_set_new_nocheck(object, key, value);
+}
+
+static json_t *text_or_null(const char *text)
+{
+	return text && text[0] ? json_string(text) : json_null();
+}
+
+static json_t *time_or_null(int64_t wall_ms)
+{
+	char text[32];
+
+	if (wall_ms == 0)
+		return json_null();
+	pen_clock_format(wall_ms, text, sizeof text);
+	return json_string_nocheck(text);
+}
+
+static json_t *errors_json(const struct pen_scene_errors *errors)
+{
+	json_t *list = json_array();
+
+	for (size_t i = 0; errors && i < errors->count; i++)
+		(void)json_array_append_new(
+			list, json_pack("{s:s, s:s}", "pointer", errors->items[i].pointer, "detail",
+				      errors->items[i].detail));
+	return list;
+}
+
+static json_t *links_json(const struct pen_job *job)
+{
+	json_t *links = json_object();
+	json_t *images = json_object();
+
+	set(links, "self", json_sprintf("/v1/renders/%s", job->id));
+	set(links, "image", json_sprintf("/v1/renders/%s/image", job->id));
+	for (unsigned i = 0; i < PEN_IMAGE_FORMATS; i++) {
+		const char *extension = pen_image_format_extension((enum pen_image_format)i);
+
+		set(images, extension, json_sprintf("/v1/renders/%s/image.%s", job->id, extension));
+	}
+	set(links, "images", images);
+	return links;
+}
+
+/* Seconds from its first unit until now, or until it was over. */
+static double seconds_of(const struct pen_job *job)
+{
+	int64_t end_ms = job->finished_ms ? job->finished_ms : pen_clock_wall_ms();
+
+	if (job->started_ms == 0 || end_ms < job->started_ms)
+		return 0.0;
+	return (double)(end_ms - job->started_ms) / 1000.0;
+}
+
+json_t *pen_api_render_json(const struct pen_job *job)
+{
+	json_t *tree = json_object();
+	bool failed = job->state == PEN_JOB_FAILED;
+
+	set(tree, "id", json_string_nocheck(job->id));
+	set(tree, "name", text_or_null(job->name));
+	set(tree, "state", json_string_nocheck(pen_job_state_name(job->state)));
+	set(tree, "progress", json_real(pen_api_render_progress(job)));
+	set(tree, "priority", json_integer(job->priority));
+	set(tree, "width", json_integer(job->width));
+	set(tree, "height", json_integer(job->height));
+	set(tree, "samples", json_integer(job->samples));
+	set(tree, "samples_done", json_integer((json_int_t)job->samples_done));
+	set(tree, "tiles_done", json_integer(job->tiles_done));
+	set(tree, "tiles_total", json_integer(job->tiling.count));
+	set(tree, "frames", json_integer(1));
+	set(tree, "eta_seconds", job->eta_seconds < 0 ? json_null() : json_real(job->eta_seconds));
+	set(tree, "created", time_or_null(job->created_ms));
+	set(tree, "started", time_or_null(job->started_ms));
+	set(tree, "finished", time_or_null(job->finished_ms));
+	set(tree, "seconds", json_real(seconds_of(job)));
+	set(tree, "class", text_or_null(job->equivalence_class));
+	set(tree, "content", text_or_null(job->content));
+	set(tree, "restarts", json_integer(job->restarts));
+	set(tree, "warnings", json_array());
+	set(tree, "error", failed ? json_string(job->error.text) : json_null());
+	set(tree, "errors", errors_json(job->errors));
+	set(tree, "links", links_json(job));
+	return tree;
+}
+
+/* 200 with the resource, or 304 without it. */
+static void answer_render(
+	struct pen_exchange *exchange, const struct pen_job *job, const char *if_none_match)
+{
+	struct pen_answer answer;
+	char etag[64];
+
+	(void)snprintf(etag, sizeof etag, "W/\"%" PRIx64 "-%" PRIu64 "\"", exchange->api->boot,
+		job->revision);
+	if (pen_field_etag_matches(if_none_match, etag))
+		pen_answer_init(&answer, 304);
+	else
+		pen_answer_json(&answer, 200, pen_api_render_json(job));
+	pen_answer_field(&answer, "ETag", "%s", etag);
+	pen_answer_field(&answer, "Cache-Control", "no-cache");
+	if (!pen_api_render_over(job))
+		pen_answer_field(&answer, "Retry-After", "1");
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_render_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+
+	if (job)
+		answer_render(exchange, job, pen_exchange_field(exchange, "If-None-Match"));
+}
+
+static void job_changed(void *user, struct pen_job *job, const struct pen_error *err)
+{
+	struct pen_exchange *exchange = user;
+
+	if (job && exchange->api)
+		answer_render(exchange, job, NULL);
+	else
+		pen_exchange_error(exchange, err);
+}
+
+/* What a PATCH asks for: one of the two. */
+struct change {
+	bool has_state;
+	enum pen_job_state state;
+	uint32_t priority;
+};
+
+static int change_of(const json_t *tree, struct change *ret_change, struct pen_error *err)
+{
+	const json_t *state = json_object_get(tree, "state");
+	const json_t *priority = json_object_get(tree, "priority");
+	json_int_t number = json_integer_value(priority);
+
+	if (json_object_size(tree) != 1 || (!state && !priority))
+		return pen_error_set(err, PEN_EINVALID,
+			"the body must be an object with either \"state\" or \"priority\"");
+	ret_change->has_state = state != NULL;
+	if (!state) {
+		if (!json_is_integer(priority) || number < 0 || number > 100)
+			return pen_error_set(
+				err, PEN_EINVALID, "priority must be an integer from 0 to 100");
+		ret_change->priority = (uint32_t)number;
+		return 0;
+	}
+	if (!json_is_string(state) ||
+		!pen_job_state_parse(json_string_value(state), &ret_change->state) ||
+		(ret_change->state != PEN_JOB_PAUSED && ret_change->state != PEN_JOB_RUNNING &&
+			ret_change->state != PEN_JOB_CANCELLED))
+		return pen_error_set(err, PEN_EINVALID,
+			"state must be \"paused\", \"running\" or \"cancelled\"");
+	return 0;
+}
+
+static int apply(struct pen_exchange *exchange, struct pen_job *job, struct pen_error *err)
+{
+	struct pen_jobs *jobs = exchange->api->jobs;
+	struct change change;
+	json_t *tree;
+	int r;
+
+	r = pen_json_parse(
+		exchange->body.data ? exchange->body.data : "", exchange->body.size, &tree, err);
+	if (r < 0) {
+		err->code = PEN_EINVALID;
+		return r;
+	}
+	r = change_of(tree, &change, err);
+	json_decref(tree);
+	if (r < 0)
+		return r;
+	if (change.has_state)
+		return pen_jobs_set_state(jobs, job, change.state, job_changed, exchange, err);
+	return pen_jobs_set_priority(jobs, job, change.priority, job_changed, exchange, err);
+}
+
+void pen_api_render_patch(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_error err = PEN_ERROR_INIT;
+
+	if (job && apply(exchange, job, &err) < 0)
+		pen_exchange_error(exchange, &err);
+}
+
+static void job_deleted(void *user, struct pen_job *job, const struct pen_error *err)
+{
+	struct pen_exchange *exchange = user;
+	struct pen_answer answer;
+
+	(void)job;
+	if (err->code != 0) {
+		pen_exchange_error(exchange, err);
+		return;
+	}
+	pen_answer_init(&answer, 204);
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_render_delete(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_error err = PEN_ERROR_INIT;
+
+	if (!job)
+		return;
+	pen_encoders_forget(exchange->api->encoders, job->id);
+	if (pen_jobs_delete(exchange->api->jobs, job, job_deleted, exchange, &err) < 0)
+		pen_exchange_error(exchange, &err);
+}
+
+struct page {
+	bool any_state;
+	enum pen_job_state state;
+	uint64_t limit;
+	uint64_t before; /* job numbers */
+};
+
+static bool number_of(const char *text, uint64_t max, uint64_t *ret_number)
+{
+	char *end;
+	unsigned long long number;
+
+	if (!isdigit((unsigned char)text[0]))
+		return false;
+	errno = 0;
+	number = strtoull(text, &end, 10);
+	if (errno != 0 || *end != '\0' || number > max)
+		return false;
+	*ret_number = number;
+	return true;
+}
+
+/* Takes what the query says into page, which holds the defaults. */
+static int read_page(const struct pen_exchange *exchange, struct page *page, struct pen_error *err)
+{
+	const char *state = pen_exchange_query(exchange, "state");
+	const char *limit = pen_exchange_query(exchange, "limit");
+	const char *cursor = pen_exchange_query(exchange, "cursor");
+
+	page->any_state = !state;
+	if (state && !pen_job_state_parse(state, &page->state))
+		return pen_error_set(err, PEN_EINVALID,
+			"state must be queued, running, paused, done, failed or cancelled");
+	if (limit && (!number_of(limit, PEN_LIST_PAGE_MAX, &page->limit) || page->limit == 0))
+		return pen_error_set(err, PEN_EINVALID, "limit must be an integer from 1 to %u",
+			PEN_LIST_PAGE_MAX);
+	if (cursor && !number_of(cursor, UINT64_MAX, &page->before))
+		return pen_error_set(
+			err, PEN_EINVALID, "cursor must be the next of an earlier list");
+	return 0;
+}
+
+static struct pen_job *next_of_page(struct pen_jobs *jobs, const struct page *page, uint64_t before)
+{
+	struct pen_job *job = pen_jobs_older(jobs, before);
+
+	while (job && !page->any_state && job->state != page->state)
+		job = pen_jobs_older(jobs, job->number);
+	return job;
+}
+
+void pen_api_render_list(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct page page = {.limit = PAGE_DEFAULT, .before = UINT64_MAX};
+	struct pen_jobs *jobs = exchange->api->jobs;
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_answer answer;
+	struct pen_job *job;
+	uint64_t last = 0;
+	json_t *list;
+
+	(void)parameters;
+	if (read_page(exchange, &page, &err) < 0) {
+		pen_exchange_error(exchange, &err);
+		return;
+	}
+	list = json_array();
+	job = next_of_page(jobs, &page, page.before);
+	while (job && json_array_size(list) < page.limit) {
+		(void)json_array_append_new(list, pen_api_render_json(job));
+		last = job->number;
+		job = next_of_page(jobs, &page, last);
+	}
+	pen_answer_json(&answer, 200,
+		json_pack("{s:o, s:o}", "renders", list, "next",
+			job ? json_sprintf("%" PRIu64, last) : json_null()));
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}

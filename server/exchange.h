@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_EXCHANGE_H
+#define PEN_SERVER_EXCHANGE_H
+
+#include "core/base/buf.h"
+#include "server/answer.h"
+
+struct pen_api;
+
+/*
+ * One request and its answer, as the API sees them; http.c makes and frees it. It lives until it
+ * is answered, which every handler does exactly once, at once or later from the loop.
+ */
+enum pen_method { PEN_GET, PEN_HEAD, PEN_POST, PEN_PATCH, PEN_DELETE, PEN_METHOD_OTHER };
+
+struct pen_exchange {
+	struct pen_api
+		*api; /* NULL when the service has gone: then only the answer is left to do */
+	enum pen_method method;
+	const char *path; /* percent-decoded, without the query */
+	struct pen_buf body;
+};
+
+/* A field of the request or a parameter of its query; NULL without one. Before the answer only. */
+const char *pen_exchange_field(const struct pen_exchange *exchange, const char *name);
+const char *pen_exchange_query(const struct pen_exchange *exchange, const char *name);
+
+/* Sends the answer, whose body passes to it; the exchange must not be used any more. */
+void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer);
+
+/* Answers with a problem. */
+void pen_exchange_problem(struct pen_exchange *exchange, unsigned status, const char *detail);
+void pen_exchange_error(struct pen_exchange *exchange, const struct pen_error *err);
+
+#endif

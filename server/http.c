@@ -1,0 +1,490 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/http.h"
+
+#include "core/base/clock.h"
+#include "core/base/limits.h"
+#include "server/api.h"
+#include "server/drain.h"
+#include "server/exchange.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <microhttpd.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+enum { BACKLOG = 511 };
+
+struct pen_http {
+	struct pen_api api;
+	struct MHD_Daemon *daemon;
+	uv_poll_t poll;	  /* libmicrohttpd's epoll descriptor */
+	uv_timer_t timer; /* what it waits for besides */
+	unsigned handles; /* open; the last that closes frees all */
+	struct pen_drains drains;
+	struct request *requests;
+	uint64_t body_bytes; /* of all requests */
+	uint16_t port;
+};
+
+/* An exchange with libmicrohttpd's side of it. */
+struct request {
+	struct pen_exchange exchange;
+	struct pen_http *http;		   /* NULL when the service has gone */
+	struct MHD_Connection *connection; /* NULL when the client has gone */
+	struct MHD_Response *response;	   /* the answer, until it is queued */
+	unsigned status;
+	bool handled;	/* by the API, which answers or has answered */
+	bool suspended; /* until the answer comes */
+	bool overflow;	/* the body is larger than there is room for: the rest is thrown away */
+	struct request *previous, *next;
+};
+
+/* Requests */
+
+static struct request *request_of(const struct pen_exchange *exchange)
+{
+	return (struct request *)(uintptr_t)exchange; /* its first member */
+}
+
+static struct request *request_create(struct pen_http *http, struct MHD_Connection *connection,
+	const char *path, enum pen_method method)
+{
+	struct request *request = calloc(1, sizeof *request);
+
+	if (!request)
+		return NULL;
+	request->exchange.path = strdup(path);
+	if (!request->exchange.path) {
+		free(request);
+		return NULL;
+	}
+	request->exchange.api = &http->api;
+	request->exchange.method = method;
+	pen_buf_init(&request->exchange.body, PEN_HTTP_BODY_MAX);
+	request->http = http;
+	request->connection = connection;
+	request->next = http->requests;
+	if (request->next)
+		request->next->previous = request;
+	http->requests = request;
+	return request;
+}
+
+/* The service lets go of a request: its answer has nowhere to go. */
+static void request_detach(struct request *request)
+{
+	struct pen_http *http = request->http;
+
+	http->body_bytes -= request->exchange.body.size;
+	if (request->previous)
+		request->previous->next = request->next;
+	else
+		http->requests = request->next;
+	if (request->next)
+		request->next->previous = request->previous;
+	request->http = NULL;
+	request->exchange.api = NULL;
+}
+
+static void request_destroy(struct request *request)
+{
+	if (request->http)
+		request_detach(request);
+	if (request->response)
+		MHD_destroy_response(request->response);
+	pen_buf_finish(&request->exchange.body);
+	free((char *)(uintptr_t)request->exchange.path);
+	free(request);
+}
+
+/* Whether the API still holds the exchange. */
+static bool request_awaited(const struct request *request)
+{
+	return request->handled && request->status == 0;
+}
+
+/* Answers */
+
+static void add_fields(struct MHD_Response *response, const struct pen_answer *answer)
+{
+	static const char *const always[][2] = {
+		{"X-Content-Type-Options", "nosniff"},
+		{"Content-Security-Policy", "default-src 'none'"},
+		{"Referrer-Policy", "no-referrer"},
+		{"Cross-Origin-Resource-Policy", "same-origin"},
+	};
+
+	for (size_t i = 0; i < sizeof always / sizeof always[0]; i++)
+		(void)MHD_add_response_header(response, always[i][0], always[i][1]);
+	if (answer->content_type)
+		(void)MHD_add_response_header(
+			response, MHD_HTTP_HEADER_CONTENT_TYPE, answer->content_type);
+	for (size_t i = 0; i < answer->field_count; i++)
+		(void)MHD_add_response_header(
+			response, answer->fields[i].name, answer->fields[i].value);
+}
+
+/* Takes the answer's body. NULL without memory. */
+static struct MHD_Response *response_of(struct pen_answer *answer)
+{
+	struct MHD_Response *response;
+
+	if (answer->fd >= 0)
+		response = MHD_create_response_from_fd_at_offset64(
+			answer->size, answer->fd, answer->offset);
+	else
+		response = MHD_create_response_from_buffer((size_t)answer->size, answer->text,
+			answer->text ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
+	if (!response) {
+		pen_answer_finish(answer);
+		return NULL;
+	}
+	answer->fd = -1;
+	answer->text = NULL;
+	add_fields(response, answer);
+	return response;
+}
+
+static void timer_due(uv_timer_t *timer);
+
+void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
+{
+	struct request *request = request_of(exchange);
+
+	assert(request_awaited(request));
+	request->response = response_of(answer);
+	request->status = answer->status;
+	if (!request->connection) {
+		request_destroy(request);
+		return;
+	}
+	if (!request->suspended)
+		return;
+	request->suspended = false;
+	MHD_resume_connection(request->connection);
+	(void)uv_timer_start(&request->http->timer, timer_due, 0, 0);
+}
+
+void pen_exchange_problem(struct pen_exchange *exchange, unsigned status, const char *detail)
+{
+	struct pen_answer answer;
+
+	pen_answer_problem(&answer, status, detail);
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_exchange_error(struct pen_exchange *exchange, const struct pen_error *err)
+{
+	struct pen_answer answer;
+
+	pen_answer_error(&answer, err);
+	pen_exchange_answer(exchange, &answer);
+}
+
+const char *pen_exchange_field(const struct pen_exchange *exchange, const char *name)
+{
+	struct MHD_Connection *connection = request_of(exchange)->connection;
+
+	return connection ? MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name) : NULL;
+}
+
+const char *pen_exchange_query(const struct pen_exchange *exchange, const char *name)
+{
+	struct MHD_Connection *connection = request_of(exchange)->connection;
+
+	return connection ? MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name)
+			  : NULL;
+}
+
+/* What libmicrohttpd calls */
+
+static enum MHD_Result queue_answer(struct request *request)
+{
+	/* Without a response there was no memory for one: the connection ends. */
+	if (!request->response)
+		return MHD_NO;
+	return MHD_queue_response(request->connection, request->status, request->response);
+}
+
+static enum pen_method method_of(const char *name)
+{
+	static const char *const names[] = {
+		[PEN_GET] = "GET",
+		[PEN_HEAD] = "HEAD",
+		[PEN_POST] = "POST",
+		[PEN_PATCH] = "PATCH",
+		[PEN_DELETE] = "DELETE",
+	};
+
+	for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+		if (strcmp(name, names[i]) == 0)
+			return (enum pen_method)i;
+	}
+	return PEN_METHOD_OTHER;
+}
+
+/* 0, or the status that refuses a body of this size. */
+static unsigned refusal(const struct pen_http *http, uint64_t body_size)
+{
+	if (body_size > PEN_HTTP_BODY_MAX)
+		return 413;
+	return http->body_bytes + body_size > PEN_HTTP_BODIES_MAX ? 503 : 0;
+}
+
+static enum MHD_Result refuse_body(struct request *request, unsigned status)
+{
+	struct pen_answer answer;
+
+	request->handled = true;
+	pen_answer_problem(&answer, status,
+		status == 413 ? "the body is too large: at most 8 MiB of scene are taken"
+			      : "too many requests with large bodies at once");
+	if (status == 503)
+		pen_answer_field(&answer, "Retry-After", "5");
+	pen_exchange_answer(&request->exchange, &answer);
+	return queue_answer(request);
+}
+
+/* The header is complete and its body has not begun: a body that is too large is refused now. */
+static enum MHD_Result begin(struct request *request)
+{
+	const char *length = pen_exchange_field(&request->exchange, "Content-Length");
+	unsigned status = length ? refusal(request->http, strtoull(length, NULL, 10)) : 0;
+	const union MHD_ConnectionInfo *info;
+
+	if (status == 0)
+		return MHD_YES;
+	info = MHD_get_connection_info(request->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+	pen_drains_add(&request->http->drains, info->connect_fd);
+	return refuse_body(request, status);
+}
+
+/* A body of unknown length is read to its end even when it turns out to be too large. */
+static void take_body(struct request *request, const char *data, size_t size)
+{
+	struct pen_buf *body = &request->exchange.body;
+
+	if (request->overflow || refusal(request->http, size) != 0 ||
+		pen_buf_append(body, data, size) < 0) {
+		request->overflow = true;
+		return;
+	}
+	request->http->body_bytes += size;
+}
+
+static enum MHD_Result finish_request(struct request *request)
+{
+	if (request->overflow && !request->handled)
+		return refuse_body(request, 413);
+	if (!request->handled) {
+		request->handled = true;
+		pen_api_handle(&request->exchange);
+	}
+	if (!request_awaited(request))
+		return queue_answer(request);
+	request->suspended = true;
+	MHD_suspend_connection(request->connection);
+	return MHD_YES;
+}
+
+static enum MHD_Result access_handler(void *user, struct MHD_Connection *connection,
+	const char *url, const char *method, const char *version, const char *upload_data,
+	size_t *upload_data_size, void **con_cls)
+{
+	struct request *request = *con_cls;
+
+	(void)version;
+	if (!request) {
+		request = request_create(user, connection, url, method_of(method));
+		*con_cls = request;
+		return request ? begin(request) : MHD_NO;
+	}
+	if (*upload_data_size > 0) {
+		take_body(request, upload_data, *upload_data_size);
+		*upload_data_size = 0;
+		return MHD_YES;
+	}
+	return finish_request(request);
+}
+
+static void request_completed(void *user, struct MHD_Connection *connection, void **con_cls,
+	enum MHD_RequestTerminationCode code)
+{
+	struct request *request = *con_cls;
+
+	(void)user, (void)connection, (void)code;
+	*con_cls = NULL;
+	if (!request)
+		return;
+	request->connection = NULL;
+	if (!request_awaited(request))
+		request_destroy(request);
+}
+
+/* The loop's side */
+
+static void arm_timer(struct pen_http *http)
+{
+	MHD_UNSIGNED_LONG_LONG timeout_ms;
+
+	if (MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES)
+		(void)uv_timer_start(&http->timer, timer_due, timeout_ms, 0);
+	else
+		(void)uv_timer_stop(&http->timer);
+}
+
+static void timer_due(uv_timer_t *timer)
+{
+	struct pen_http *http = timer->data;
+
+	(void)MHD_run(http->daemon);
+	arm_timer(http);
+}
+
+static void sockets_ready(uv_poll_t *poll, int status, int events)
+{
+	struct pen_http *http = poll->data;
+
+	(void)status, (void)events;
+	(void)MHD_run(http->daemon);
+	arm_timer(http);
+}
+
+static int listen_on(const struct sockaddr_storage *address, int *ret_fd, uint16_t *ret_port,
+	struct pen_error *err)
+{
+	struct sockaddr_storage bound = *address;
+	socklen_t size = address->ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+							: sizeof(struct sockaddr_in);
+	const struct sockaddr_in *v4 = (const struct sockaddr_in *)&bound;
+	const struct sockaddr_in6 *v6 = (const struct sockaddr_in6 *)&bound;
+	int fd = socket(address->ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+	int one = 1;
+
+	if (fd < 0)
+		return pen_error_system(err, errno, "socket");
+	(void)setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
+	if (bind(fd, (const struct sockaddr *)&bound, size) < 0 || listen(fd, BACKLOG) < 0 ||
+		getsockname(fd, (struct sockaddr *)&bound, &size) < 0) {
+		int errno_value = errno;
+
+		(void)close(fd);
+		return pen_error_system(err, errno_value, "cannot listen for HTTP");
+	}
+	*ret_port = ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
+	*ret_fd = fd;
+	return 0;
+}
+
+static int start_daemon(
+	struct pen_http *http, const struct sockaddr_storage *address, struct pen_error *err)
+{
+	int fd = -1;
+	int r = listen_on(address, &fd, &http->port, err);
+
+	if (r < 0)
+		return r;
+	http->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL,
+		access_handler, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED,
+		request_completed, http, MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
+		MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_END);
+	if (http->daemon)
+		return 0;
+	(void)close(fd);
+	return pen_error_set(err, PEN_EIO, "the HTTP server does not start");
+}
+
+static int watch_daemon(struct pen_http *http, uv_loop_t *loop, struct pen_error *err)
+{
+	const union MHD_DaemonInfo *info =
+		MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_EPOLL_FD);
+	int r = uv_poll_init(loop, &http->poll, info->epoll_fd);
+
+	if (r < 0)
+		return pen_error_system(err, -r, "cannot watch the HTTP server");
+	http->poll.data = http;
+	http->handles++;
+	(void)uv_poll_start(&http->poll, UV_READABLE, sockets_ready);
+	return 0;
+}
+
+int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
+	struct pen_http **ret_http, struct pen_error *err)
+{
+	struct pen_http *http = calloc(1, sizeof *http);
+	int r;
+
+	if (!http)
+		return pen_error_memory(err);
+	http->api = (struct pen_api){
+		.loop = loop,
+		.jobs = options->jobs,
+		.farm = options->farm,
+		.encoders = options->encoders,
+		.boot = (uint64_t)pen_clock_wall_ms(),
+	};
+	http->drains.loop = loop;
+	(void)uv_timer_init(loop, &http->timer);
+	http->timer.data = http;
+	http->handles++;
+	r = start_daemon(http, &options->address, err);
+	if (r == 0)
+		r = watch_daemon(http, loop, err);
+	if (r < 0) {
+		pen_http_destroy(http);
+		return r;
+	}
+	*ret_http = http;
+	return 0;
+}
+
+uint16_t pen_http_port(const struct pen_http *http)
+{
+	return http->port;
+}
+
+void pen_http_drain(struct pen_http *http)
+{
+	http->api.draining = true;
+}
+
+static void handle_closed(uv_handle_t *handle)
+{
+	struct pen_http *http = handle->data;
+
+	if (--http->handles == 0)
+		free(http);
+}
+
+/* Requests that the API still holds stay with it, without a client to answer. */
+static void let_go_of_requests(struct pen_http *http)
+{
+	struct request *next;
+
+	for (struct request *request = http->requests; request; request = next) {
+		next = request->next;
+		if (request->suspended) {
+			request->suspended = false;
+			MHD_resume_connection(request->connection);
+		}
+		if (request_awaited(request))
+			request_detach(request);
+	}
+}
+
+void pen_http_destroy(struct pen_http *http)
+{
+	if (!http)
+		return;
+	pen_drains_finish(&http->drains);
+	let_go_of_requests(http);
+	if (http->handles > 1)
+		uv_close((uv_handle_t *)&http->poll, handle_closed);
+	if (http->daemon)
+		MHD_stop_daemon(http->daemon);
+	uv_close((uv_handle_t *)&http->timer, handle_closed);
+}
