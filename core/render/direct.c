@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/render/direct.h"
+
+#include "core/render/bsdf.h"
+#include "core/render/light.h"
+
+/* Shadow rays end a little before the light, so as not to hit it. */
+#define SHADOW_SHARE (1.0f - 1e-4f)
+
+/* Sixteen directions, and what arrives from there if nothing is in between. */
+struct incoming {
+	_Alignas(64) float x[PEN_LANES];
+	float y[PEN_LANES];
+	float z[PEN_LANES];
+	float distance[PEN_LANES];
+	float strength[PEN_LANES]; /* radiance / color */
+	float pdf[PEN_LANES];
+	float red[PEN_LANES]; /* color */
+	float green[PEN_LANES];
+	float blue[PEN_LANES];
+	float competes[PEN_LANES]; /* 1 where a lobe could hit the light too, else 0 */
+};
+
+/* What the surface makes of it. */
+struct response {
+	_Alignas(64) float value[PEN_LANES]; /* bsdf * |cos| */
+	float pdf[PEN_LANES];		     /* with which a lobe goes there; 0: none does */
+};
+
+static struct pen_vec3 normal_of(const struct pen_points *points, int lane)
+{
+	return pen_vec3(points->normal_x[lane], points->normal_y[lane], points->normal_z[lane]);
+}
+
+static struct pen_vec3 facing_of(const struct pen_points *points, int lane)
+{
+	return pen_vec3(points->facing_x[lane], points->facing_y[lane], points->facing_z[lane]);
+}
+
+static struct pen_vec3 towards_origin(const struct pen_rays *rays, int lane)
+{
+	return pen_vec3(
+		-rays->direction_x[lane], -rays->direction_y[lane], -rays->direction_z[lane]);
+}
+
+static void respond_matte(const struct pen_points *points, const struct incoming *in,
+	bool continues, struct response *ret)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_lobe_value lobe = pen_matte_eval(
+			normal_of(points, i), pen_vec3(in->x[i], in->y[i], in->z[i]));
+		const int is_matte = points->kind[i] == PEN_KIND_MATTE;
+
+		ret->value[i] = is_matte ? lobe.value : 0.0f;
+		ret->pdf[i] = is_matte && continues ? lobe.pdf : 0.0f;
+	}
+}
+
+static void respond_glossy(const struct pen_rays *rays, const struct pen_points *points,
+	const struct incoming *in, struct response *ret)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_lobe_value lobe =
+			pen_glossy_eval(points->alpha[i], normal_of(points, i),
+				towards_origin(rays, i), pen_vec3(in->x[i], in->y[i], in->z[i]));
+		const int is_glossy = points->kind[i] == PEN_KIND_GLOSSY;
+
+		ret->value[i] = is_glossy ? lobe.value : ret->value[i];
+		ret->pdf[i] = is_glossy ? lobe.pdf : ret->pdf[i];
+	}
+}
+
+static void respond_frosted(const struct pen_rays *rays, const struct pen_points *points,
+	const struct incoming *in, struct response *ret)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_lobe_value lobe =
+			pen_glass_eval(points->alpha[i], points->eta[i], normal_of(points, i),
+				towards_origin(rays, i), pen_vec3(in->x[i], in->y[i], in->z[i]));
+		const int is_frosted = points->kind[i] == PEN_KIND_FROSTED;
+
+		ret->value[i] = is_frosted ? lobe.value : ret->value[i];
+		ret->pdf[i] = is_frosted ? lobe.pdf : ret->pdf[i];
+	}
+}
+
+static void respond(const struct pen_pass *pass, const struct pen_rays *rays,
+	const struct pen_points *points, const struct incoming *in, struct response *ret)
+{
+	const bool is_path = pass->scene->desc->integrator.type == PEN_INTEGRATOR_PATH;
+
+	respond_matte(points, in, is_path, ret);
+	if (points->kinds & PEN_KIND_GLOSSY)
+		respond_glossy(rays, points, in, ret);
+	if (points->kinds & PEN_KIND_FROSTED)
+		respond_frosted(rays, points, in, ret);
+}
+
+/*
+ * Shadow rays where anything may arrive, and into factor how much of the light's color then does.
+ * A direction that the two normals see on different sides is lost.
+ */
+static bool aim(const struct pen_rays *from, const struct pen_points *points,
+	const struct incoming *in, const struct response *response, float factor[PEN_LANES],
+	struct pen_rays *ret_rays)
+{
+	int32_t any = 0;
+
+#pragma omp simd reduction(| : any)
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_vec3 d = {in->x[i], in->y[i], in->z[i]};
+		const struct pen_vec3 o = pen_points_leave(points, i, d);
+		const int agrees =
+			pen_dot(d, normal_of(points, i)) * pen_dot(d, facing_of(points, i)) > 0.0f;
+		const float rival = response->pdf[i] * in->competes[i];
+		const float f = response->value[i] * in->strength[i] / in->pdf[i] *
+				pen_power_heuristic(in->pdf[i], rival);
+		const int wanted = agrees & (f > 0.0f);
+
+		factor[i] = wanted ? f : 0.0f;
+		ret_rays->origin_x[i] = o.x;
+		ret_rays->origin_y[i] = o.y;
+		ret_rays->origin_z[i] = o.z;
+		ret_rays->direction_x[i] = d.x;
+		ret_rays->direction_y[i] = d.y;
+		ret_rays->direction_z[i] = d.z;
+		ret_rays->time[i] = from->time[i];
+		ret_rays->tnear[i] = wanted ? 0.0f : 1.0f;
+		ret_rays->tfar[i] = wanted ? in->distance[i] * SHADOW_SHARE : 0.0f;
+		any |= wanted;
+	}
+	return any != 0;
+}
+
+static void gather(const struct pen_paths *paths, const struct pen_points *points,
+	const struct incoming *in, const float factor[PEN_LANES], const struct pen_rays *shadow,
+	struct pen_gathered *sum)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const float f = shadow->tfar[i] >= 0.0f ? factor[i] : 0.0f;
+
+		sum->red[i] += paths->red[i] * points->red[i] * in->red[i] * f;
+		sum->green[i] += paths->green[i] * points->green[i] * in->green[i] * f;
+		sum->blue[i] += paths->blue[i] * points->blue[i] * in->blue[i] * f;
+	}
+}
+
+static uint32_t lanes_traced(const struct pen_rays *rays)
+{
+	uint32_t count = 0;
+
+	for (int i = 0; i < PEN_LANES; i++)
+		count += rays->tnear[i] <= rays->tfar[i];
+	return count;
+}
+
+static void test_and_gather(struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, const struct incoming *in, struct pen_gathered *sum)
+{
+	struct response response;
+	struct pen_rays shadow;
+	_Alignas(64) float factor[PEN_LANES];
+
+	respond(pass, &paths->packet.rays, points, in, &response);
+	if (!aim(&paths->packet.rays, points, in, &response, factor, &shadow))
+		return;
+	pass->rays += lanes_traced(&shadow);
+	pass->rays_dropped += pen_trace_occluded(pass->scene->trace, pass->is_coherent, &shadow);
+	gather(paths, points, in, factor, &shadow, sum);
+}
+
+static bool lobes_hit(const struct pen_render_scene *scene, uint32_t light)
+{
+	return scene->desc->lights[light].visible;
+}
+
+static void sample_light(const struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, uint32_t light, struct incoming *ret)
+{
+	const struct pen_render_scene *scene = pass->scene;
+	const struct pen_vec3 color = scene->lights[light].color;
+	const float competes = lobes_hit(scene, light) ? 1.0f : 0.0f;
+	const struct pen_light_points at = {points->x, points->y, points->z};
+	const struct pen_light_samples to = {
+		ret->x, ret->y, ret->z, ret->distance, ret->strength, ret->pdf};
+	_Alignas(64) float u[PEN_LANES];
+	_Alignas(64) float v[PEN_LANES];
+
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT + light),
+		PEN_LANES, paths->key, paths->index, u, v);
+	pen_light_sample(&scene->lights[light], PEN_LANES, &at, u, v, &to);
+	for (int i = 0; i < PEN_LANES; i++) {
+		ret->red[i] = color.x;
+		ret->green[i] = color.y;
+		ret->blue[i] = color.z;
+		ret->competes[i] = competes;
+	}
+}
+
+static void set_incoming(
+	struct incoming *to, int lane, const struct pen_light_sample *sample, struct pen_vec3 color)
+{
+	to->x[lane] = sample->direction.x;
+	to->y[lane] = sample->direction.y;
+	to->z[lane] = sample->direction.z;
+	to->distance[lane] = sample->distance;
+	to->strength[lane] = sample->strength;
+	to->pdf[lane] = sample->pdf;
+	to->red[lane] = color.x;
+	to->green[lane] = color.y;
+	to->blue[lane] = color.z;
+}
+
+static struct pen_vec3 point_of(const struct pen_points *points, int lane)
+{
+	return pen_vec3(points->x[lane], points->y[lane], points->z[lane]);
+}
+
+/* One of many lights for each lane. */
+static void sample_chosen_lights(const struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct incoming *ret)
+{
+	const struct pen_render_scene *scene = pass->scene;
+	_Alignas(64) float choice_u[PEN_LANES];
+	_Alignas(64) float choice_v[PEN_LANES];
+	_Alignas(64) float u[PEN_LANES];
+	_Alignas(64) float v[PEN_LANES];
+
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT_CHOICE),
+		PEN_LANES, paths->key, paths->index, choice_u, choice_v);
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT), PEN_LANES,
+		paths->key, paths->index, u, v);
+	for (int i = 0; i < PEN_LANES; i++) {
+		const uint32_t light = pen_light_choose(&scene->choice, choice_u[i], choice_v[i]);
+		struct pen_light_sample sample = pen_light_sample_one(
+			&scene->lights[light], point_of(points, i), u[i], v[i]);
+
+		sample.pdf *= scene->choice.chance[light];
+		set_incoming(ret, i, &sample, scene->lights[light].color);
+		ret->competes[i] = lobes_hit(scene, light) ? 1.0f : 0.0f;
+	}
+}
+
+static void aim_at_centre(const struct pen_render_scene *scene, const struct pen_points *points,
+	uint32_t light, struct incoming *ret)
+{
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_light_sample sample =
+			pen_light_centre(&scene->lights[light], point_of(points, i));
+
+		set_incoming(ret, i, &sample, scene->lights[light].color);
+		ret->competes[i] = 0.0f;
+	}
+}
+
+/* The background over a matte surface, by its cosine: bsdf * cos / pdf is 1. */
+static void add_background(struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct pen_gathered *sum)
+{
+	const struct pen_vec3 color = pass->scene->background;
+	struct incoming in;
+	_Alignas(64) float u[PEN_LANES];
+	_Alignas(64) float v[PEN_LANES];
+
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_BACKGROUND),
+		PEN_LANES, paths->key, paths->index, u, v);
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_lobe lobe = pen_matte_sample(normal_of(points, i), u[i], v[i]);
+
+		in.x[i] = lobe.direction.x;
+		in.y[i] = lobe.direction.y;
+		in.z[i] = lobe.direction.z;
+		in.distance[i] = INFINITY;
+		in.strength[i] = points->kind[i] == PEN_KIND_MATTE ? 1.0f : 0.0f;
+		in.pdf[i] = pen_max(lobe.pdf, 1e-30f);
+		in.competes[i] = 0.0f;
+		in.red[i] = color.x;
+		in.green[i] = color.y;
+		in.blue[i] = color.z;
+	}
+	test_and_gather(pass, paths, points, &in, sum);
+}
+
+void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct pen_gathered *sum)
+{
+	const struct pen_render_scene *scene = pass->scene;
+	const enum pen_integrator_type type = scene->desc->integrator.type;
+	const struct pen_vec3 background = scene->background;
+	const bool is_black = background.x == 0 && background.y == 0 && background.z == 0;
+	struct incoming in;
+
+	if ((points->kinds & (PEN_KIND_MATTE | PEN_KIND_GLOSSY | PEN_KIND_FROSTED)) == 0)
+		return;
+	if (type == PEN_INTEGRATOR_WHITTED) {
+		for (uint32_t light = 0; light < scene->light_count; light++) {
+			aim_at_centre(scene, points, light, &in);
+			test_and_gather(pass, paths, points, &in, sum);
+		}
+		return;
+	}
+	if (scene->chooses_light) {
+		sample_chosen_lights(pass, paths, points, &in);
+		test_and_gather(pass, paths, points, &in, sum);
+	}
+	for (uint32_t light = 0; light < scene->light_count && !scene->chooses_light; light++) {
+		sample_light(pass, paths, points, light, &in);
+		test_and_gather(pass, paths, points, &in, sum);
+	}
+	if (type == PEN_INTEGRATOR_DISTRIBUTION && !is_black && (points->kinds & PEN_KIND_MATTE))
+		add_background(pass, paths, points, sum);
+}
+
+static float seen_weight(const struct pen_render_scene *scene, const struct pen_paths *paths,
+	uint32_t light, int lane)
+{
+	const struct pen_rays *rays = &paths->packet.rays;
+	const struct pen_vec3 origin = {
+		rays->origin_x[lane], rays->origin_y[lane], rays->origin_z[lane]};
+	const struct pen_vec3 direction = {
+		rays->direction_x[lane], rays->direction_y[lane], rays->direction_z[lane]};
+	const float chance = scene->chooses_light ? scene->choice.chance[light] : 1.0f;
+	float rival;
+
+	if (paths->lobe_pdf[lane] == 0.0f)
+		return 1.0f;
+	rival = chance * pen_light_pdf(&scene->lights[light], origin, direction, rays->tfar[lane]);
+	return pen_power_heuristic(paths->lobe_pdf[lane], rival);
+}
+
+void pen_direct_seen(const struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct pen_gathered *sum)
+{
+	const struct pen_render_scene *scene = pass->scene;
+	const struct pen_rays *rays = &paths->packet.rays;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const bool is_light = points->kind[i] == PEN_KIND_LIGHT && !points->backside[i];
+		const bool is_miss =
+			points->kind[i] == PEN_KIND_NOTHING && rays->tnear[i] <= rays->tfar[i];
+		const struct pen_vec3 color =
+			is_light ? scene->lights[points->light[i]].color : scene->background;
+		float weight = is_miss ? 1.0f : 0.0f;
+
+		if (is_light)
+			weight = seen_weight(scene, paths, points->light[i], i);
+		sum->red[i] += paths->red[i] * color.x * weight;
+		sum->green[i] += paths->green[i] * color.y * weight;
+		sum->blue[i] += paths->blue[i] * color.z * weight;
+	}
+}

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_MOTION_H
+#define PEN_RENDER_MOTION_H
+
+#include "core/scene/desc.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/*
+ * Where objects are while the shutter is open. Embree wants equidistant time steps between the
+ * shutter's opening and closing; key frames are brought to that form by rules that depend on the
+ * scene alone.
+ */
+
+enum { PEN_MOTION_STEPS_MAX = 129 };
+
+struct pen_shutter {
+	double open, close;
+};
+
+/* The time of step i of count, 0 <= i < count; the opening when count is 1. */
+double pen_shutter_time(const struct pen_shutter *shutter, uint32_t step, uint32_t count);
+
+/* A point maps to the first three columns times it, plus the fourth. */
+struct pen_affine {
+	double m[3][4];
+};
+
+/*
+ * The same in the form that interpolates well: translate * rotate * upper triangle, the triangle
+ * with scale on its diagonal. Translation and triangle interpolate linearly, rotation (x y z w)
+ * by slerp.
+ */
+struct pen_placement {
+	double scale[3];
+	double skew_xy, skew_xz, skew_yz;
+	double rotate[4];
+	double translate[3];
+};
+
+struct pen_affine pen_affine_of_pose(const struct pen_pose *pose);
+struct pen_affine pen_affine_product(const struct pen_affine *a, const struct pen_affine *b);
+double pen_affine_determinant(const struct pen_affine *a);
+/* Whether it keeps hardly any volume, or holds a number that is not finite. */
+bool pen_affine_is_singular(const struct pen_affine *a);
+struct pen_placement pen_affine_decompose(const struct pen_affine *a);
+
+/* World from own coordinates at a time. */
+struct pen_affine pen_motion_world(const struct pen_object_desc *object, double time);
+
+/*
+ * The number of steps: 1 when the object stands still, else the fewest whose interpolation is
+ * exact, at most PEN_MOTION_STEPS_MAX (then it is a close approximation). No rotation between two
+ * steps reaches 90 degrees.
+ */
+uint32_t pen_motion_steps(const struct pen_object_desc *object, const struct pen_shutter *shutter);
+
+/* The same of the vertices of a deforming mesh. */
+uint32_t pen_motion_mesh_steps(
+	const struct pen_object_desc *mesh, const struct pen_shutter *shutter);
+
+/* The vertices of a mesh at a time: ret_vertices holds 3 * vertex_count floats. */
+void pen_motion_mesh_vertices(const struct pen_object_desc *mesh, double time, float *ret_vertices);
+
+#endif

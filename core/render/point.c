@@ -1,0 +1,425 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/render/point.h"
+
+#include "core/render/vec.h"
+
+#include <math.h>
+
+/*
+ * A point's error as a share of the largest coordinate that went into it. Its own rounding is
+ * some 2^-22; the rest is for Embree, which meets the surface again with as much.
+ */
+#define ERROR_SHARE 0x1p-20f
+
+static float largest(struct pen_vec3 v)
+{
+	return pen_max(pen_max(fabsf(v.x), fabsf(v.y)), fabsf(v.z));
+}
+
+static struct pen_vec3 vertex(const float *pool, int32_t index)
+{
+	return pen_vec3(pool[3 * index], pool[3 * index + 1], pool[3 * index + 2]);
+}
+
+static struct pen_vec3 blend(
+	struct pen_vec3 a, struct pen_vec3 b, struct pen_vec3 c, float u, float v)
+{
+	return pen_madd(pen_madd(pen_scale(a, 1.0f - u - v), u, b), v, c);
+}
+
+/* What the first pass over the lanes finds for the others. */
+struct lookup {
+	_Alignas(64) uint32_t route[PEN_LANES];
+	int32_t primitive[PEN_LANES]; /* in its pool */
+	uint32_t normal_offset[PEN_LANES];
+	uint32_t routes;
+	bool is_smooth;
+};
+
+static void store_point(
+	struct pen_points *to, int lane, struct pen_vec3 p, struct pen_vec3 n, float error)
+{
+	to->x[lane] = p.x;
+	to->y[lane] = p.y;
+	to->z[lane] = p.z;
+	to->facing_x[lane] = n.x;
+	to->facing_y[lane] = n.y;
+	to->facing_z[lane] = n.z;
+	to->error[lane] = error;
+}
+
+static void look_up(const struct pen_render_scene *scene, const struct pen_hits *hits,
+	struct pen_points *to, struct lookup *lookup)
+{
+	const uint32_t nothing = scene->geometry.shape_count;
+	uint32_t routes = 0, kinds = 0, smooth = 0;
+
+#pragma omp simd reduction(| : routes, kinds, smooth)
+	for (int i = 0; i < PEN_LANES; i++) {
+		const uint32_t placed = hits->instance[i];
+		const uint32_t id = hits->geometry[i];
+		const uint32_t shape = placed != PEN_NO_INDEX ? placed : id;
+		const int32_t index = (int32_t)(id == PEN_NO_INDEX ? nothing : shape);
+		const struct pen_target *target = &scene->targets[index];
+		const struct pen_surface *surface = &scene->surfaces[(int32_t)target->surface];
+
+		lookup->route[i] = target->route;
+		lookup->primitive[i] = (int32_t)(target->first + hits->primitive[i]);
+		lookup->normal_offset[i] = target->normal_offset;
+		to->kind[i] = surface->kind;
+		to->light[i] = surface->light;
+		to->red[i] = surface->red;
+		to->green[i] = surface->green;
+		to->blue[i] = surface->blue;
+		to->alpha[i] = surface->alpha;
+		to->eta[i] = surface->ior;
+		routes |= target->route;
+		kinds |= surface->kind;
+		smooth |= ~target->normal_offset;
+	}
+	lookup->routes = routes;
+	lookup->is_smooth = smooth != 0;
+	to->kinds = kinds;
+}
+
+static void find_triangles(const struct pen_geometry *geometry, const struct pen_hits *hits,
+	const struct lookup *lookup, struct pen_points *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->route[i] == PEN_ROUTE_TRIANGLE;
+		const int32_t triangle = wanted ? lookup->primitive[i] : 0;
+		const int32_t *index = (const int32_t *)geometry->indices + 3 * triangle;
+		const struct pen_vec3 a = vertex(geometry->vertices, index[0]);
+		const struct pen_vec3 b = vertex(geometry->vertices, index[1]);
+		const struct pen_vec3 c = vertex(geometry->vertices, index[2]);
+		const struct pen_vec3 p = blend(a, b, c, hits->u[i], hits->v[i]);
+		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
+		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
+
+		to->x[i] = wanted ? p.x : to->x[i];
+		to->y[i] = wanted ? p.y : to->y[i];
+		to->z[i] = wanted ? p.z : to->z[i];
+		to->facing_x[i] = wanted ? n.x : to->facing_x[i];
+		to->facing_y[i] = wanted ? n.y : to->facing_y[i];
+		to->facing_z[i] = wanted ? n.z : to->facing_z[i];
+		to->error[i] = wanted ? ERROR_SHARE * reach : to->error[i];
+	}
+}
+
+static void find_spheres(const struct pen_geometry *geometry, const struct pen_rays *rays,
+	const struct lookup *lookup, struct pen_points *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->route[i] == PEN_ROUTE_SPHERE;
+		const struct pen_sphere *sphere =
+			&geometry->spheres[wanted ? lookup->primitive[i] : 0];
+		const struct pen_vec3 center = {sphere->x, sphere->y, sphere->z};
+		const float radius = sphere->radius;
+		const struct pen_vec3 n = pen_normalize(pen_vec3(
+			rays->origin_x[i] - center.x + rays->tfar[i] * rays->direction_x[i],
+			rays->origin_y[i] - center.y + rays->tfar[i] * rays->direction_y[i],
+			rays->origin_z[i] - center.z + rays->tfar[i] * rays->direction_z[i]));
+		const struct pen_vec3 p = pen_madd(center, radius, n);
+		const float error = ERROR_SHARE * (largest(center) + radius);
+
+		to->x[i] = wanted ? p.x : to->x[i];
+		to->y[i] = wanted ? p.y : to->y[i];
+		to->z[i] = wanted ? p.z : to->z[i];
+		to->facing_x[i] = wanted ? n.x : to->facing_x[i];
+		to->facing_y[i] = wanted ? n.y : to->facing_y[i];
+		to->facing_z[i] = wanted ? n.z : to->facing_z[i];
+		to->error[i] = wanted ? error : to->error[i];
+	}
+}
+
+/* A point in its shape's coordinates. */
+struct own_point {
+	struct pen_vec3 p, n;	/* n unit, outwards */
+	struct pen_vec3 smooth; /* unit shading normal */
+	float reach;		/* largest coordinate that went into it */
+};
+
+/* Where a time falls among equidistant steps: between step and step + 1. */
+static uint32_t step_of(float time, uint32_t step_count, float *ret_rest)
+{
+	const float x = time * (float)(step_count - 1);
+	uint32_t step = (uint32_t)x;
+
+	if (step > step_count - 2)
+		step = step_count - 2;
+	*ret_rest = x - (float)step;
+	return step;
+}
+
+static struct pen_vec3 vertex_at(const struct pen_geometry *geometry, const struct pen_model *model,
+	uint32_t index, float time)
+{
+	float rest;
+	uint32_t step;
+
+	if (model->step_count == 1)
+		return vertex(geometry->vertices, (int32_t)index);
+	step = step_of(time, model->step_count, &rest);
+	index += step * model->vertex_count;
+	return pen_madd(pen_scale(vertex(geometry->vertices, (int32_t)index), 1.0f - rest), rest,
+		vertex(geometry->vertices, (int32_t)(index + model->vertex_count)));
+}
+
+static struct own_point triangle_point(const struct pen_geometry *geometry,
+	const struct pen_model *model, const struct pen_packet *packet, int lane)
+{
+	const uint32_t *index =
+		geometry->indices + 3 * (size_t)(model->first + packet->hits.primitive[lane]);
+	const float time = packet->rays.time[lane];
+	const float u = packet->hits.u[lane], v = packet->hits.v[lane];
+	const struct pen_vec3 a = vertex_at(geometry, model, index[0], time);
+	const struct pen_vec3 b = vertex_at(geometry, model, index[1], time);
+	const struct pen_vec3 c = vertex_at(geometry, model, index[2], time);
+	struct own_point point = {
+		.p = blend(a, b, c, u, v),
+		.n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a))),
+		.reach = pen_max(pen_max(largest(a), largest(b)), largest(c)),
+	};
+
+	point.smooth = point.n;
+	if (model->normal_offset != PEN_NO_INDEX) {
+		const float *pool = geometry->normals;
+		const uint32_t shift = model->normal_offset;
+
+		point.smooth = pen_normalize(blend(vertex(pool, (int32_t)(index[0] + shift)),
+			vertex(pool, (int32_t)(index[1] + shift)),
+			vertex(pool, (int32_t)(index[2] + shift)), u, v));
+	}
+	return point;
+}
+
+static struct pen_sphere sphere_at(const struct pen_geometry *geometry,
+	const struct pen_model *model, uint32_t primitive, float time)
+{
+	const struct pen_sphere *a = &geometry->spheres[model->first + primitive], *b;
+	float rest;
+
+	if (model->step_count == 1)
+		return *a;
+	a += (size_t)step_of(time, model->step_count, &rest) * model->count;
+	b = a + model->count;
+	return (struct pen_sphere){
+		.x = a->x + rest * (b->x - a->x),
+		.y = a->y + rest * (b->y - a->y),
+		.z = a->z + rest * (b->z - a->z),
+		.radius = a->radius + rest * (b->radius - a->radius),
+	};
+}
+
+/* towards: from the origin of own coordinates to about the hit, which is then projected. */
+static struct own_point sphere_point(const struct pen_sphere *sphere, struct pen_vec3 towards)
+{
+	const struct pen_vec3 center = {sphere->x, sphere->y, sphere->z};
+	const struct pen_vec3 n = pen_normalize(pen_sub(towards, center));
+
+	return (struct own_point){
+		.p = pen_madd(center, sphere->radius, n),
+		.n = n,
+		.smooth = n,
+		.reach = largest(center) + sphere->radius,
+	};
+}
+
+static struct own_point disk_point(const struct pen_disk *disk, struct pen_vec3 towards)
+{
+	const struct pen_vec3 center = {disk->bounds.x, disk->bounds.y, disk->bounds.z};
+	const struct pen_vec3 n = {disk->normal[0], disk->normal[1], disk->normal[2]};
+	const float height = pen_dot(pen_sub(towards, center), n);
+
+	return (struct own_point){
+		.p = pen_madd(towards, -height, n),
+		.n = n,
+		.smooth = n,
+		.reach = largest(center) + disk->bounds.radius,
+	};
+}
+
+/* The inverse of an affine map applied to a point, by Cramer's rule. */
+static struct pen_vec3 to_own(const float m[3][4], struct pen_vec3 p)
+{
+	const struct pen_vec3 a = {m[0][0], m[1][0], m[2][0]};
+	const struct pen_vec3 b = {m[0][1], m[1][1], m[2][1]};
+	const struct pen_vec3 c = {m[0][2], m[1][2], m[2][2]};
+	const struct pen_vec3 d = {p.x - m[0][3], p.y - m[1][3], p.z - m[2][3]};
+	const float inverse = 1.0f / pen_dot(a, pen_cross(b, c));
+
+	return pen_vec3(pen_dot(d, pen_cross(b, c)) * inverse,
+		pen_dot(d, pen_cross(c, a)) * inverse, pen_dot(d, pen_cross(a, b)) * inverse);
+}
+
+static struct pen_vec3 to_world(const float m[3][4], struct pen_vec3 p)
+{
+	return pen_vec3(m[0][0] * p.x + m[0][1] * p.y + m[0][2] * p.z + m[0][3],
+		m[1][0] * p.x + m[1][1] * p.y + m[1][2] * p.z + m[1][3],
+		m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + m[2][3]);
+}
+
+/* By the inverse transpose: cofactors, with the determinant's sign. */
+static struct pen_vec3 normal_to_world(const float m[3][4], struct pen_vec3 n)
+{
+	const struct pen_vec3 a = {m[0][0], m[1][0], m[2][0]};
+	const struct pen_vec3 b = {m[0][1], m[1][1], m[2][1]};
+	const struct pen_vec3 c = {m[0][2], m[1][2], m[2][2]};
+	const struct pen_vec3 x = pen_cross(b, c), y = pen_cross(c, a), z = pen_cross(a, b);
+	const struct pen_vec3 sum = pen_madd(pen_madd(pen_scale(x, n.x), n.y, y), n.z, z);
+
+	return pen_normalize(pen_scale(sum, copysignf(1.0f, pen_dot(a, x))));
+}
+
+/* How much the map can stretch a length, at most. */
+static float stretch_of(const float m[3][4])
+{
+	float sum = 0.0f;
+
+	for (int i = 0; i < 3; i++)
+		for (int j = 0; j < 3; j++)
+			sum += m[i][j] * m[i][j];
+	return sqrtf(sum);
+}
+
+static struct own_point own_point_of(const struct pen_geometry *geometry,
+	const struct pen_model *model, const struct pen_packet *packet, int lane,
+	struct pen_vec3 towards)
+{
+	struct pen_sphere sphere;
+
+	switch (model->type) {
+	case PEN_MODEL_TRIANGLES: return triangle_point(geometry, model, packet, lane);
+	case PEN_MODEL_DISK: return disk_point(&geometry->disks[model->first], towards);
+	case PEN_MODEL_SPHERES: break;
+	}
+	sphere = sphere_at(geometry, model, packet->hits.primitive[lane], packet->rays.time[lane]);
+	return sphere_point(&sphere, towards);
+}
+
+static void find_slowly(const struct pen_render_scene *scene, const struct pen_packet *packet,
+	int lane, struct pen_points *to)
+{
+	const struct pen_geometry *geometry = &scene->geometry;
+	const struct pen_rays *rays = &packet->rays;
+	const uint32_t placed = packet->hits.instance[lane];
+	const uint32_t id = placed != PEN_NO_INDEX ? placed : packet->hits.geometry[lane];
+	const struct pen_shape *shape = &geometry->shapes[id];
+	const struct pen_model *model = &geometry->models[shape->model];
+	const struct pen_vec3 origin = {
+		rays->origin_x[lane], rays->origin_y[lane], rays->origin_z[lane]};
+	const struct pen_vec3 direction = {
+		rays->direction_x[lane], rays->direction_y[lane], rays->direction_z[lane]};
+	const struct pen_vec3 towards = pen_madd(origin, rays->tfar[lane], direction);
+	struct own_point point;
+	float moving[3][4];
+	const float(*world)[4] = shape->world;
+	float error;
+
+	if (shape->placement_count == 0) {
+		point = own_point_of(geometry, model, packet, lane, towards);
+		error = ERROR_SHARE * point.reach;
+	} else {
+		if (shape->placement_count > 1) {
+			pen_trace_placement(scene->trace, id, rays->time[lane], moving);
+			world = (const float(*)[4])moving;
+		}
+		point = own_point_of(geometry, model, packet, lane, to_own(world, towards));
+		point.p = to_world(world, point.p);
+		point.n = normal_to_world(world, point.n);
+		point.smooth = normal_to_world(world, point.smooth);
+		error = 2.0f * ERROR_SHARE *
+			(stretch_of(world) * point.reach + largest(point.p) +
+				largest(pen_vec3(world[0][3], world[1][3], world[2][3])));
+	}
+	store_point(to, lane, point.p, point.n, error);
+	to->normal_x[lane] = point.smooth.x;
+	to->normal_y[lane] = point.smooth.y;
+	to->normal_z[lane] = point.smooth.z;
+}
+
+static void copy_normals(struct pen_points *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		to->normal_x[i] = to->facing_x[i];
+		to->normal_y[i] = to->facing_y[i];
+		to->normal_z[i] = to->facing_z[i];
+	}
+}
+
+static void find_smooth_normals(const struct pen_geometry *geometry, const struct pen_hits *hits,
+	const struct lookup *lookup, struct pen_points *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->normal_offset[i] != PEN_NO_INDEX;
+		const int32_t triangle = wanted ? lookup->primitive[i] : 0;
+		const int32_t shift = (int32_t)lookup->normal_offset[i];
+		const int32_t *index = (const int32_t *)geometry->indices + 3 * triangle;
+		const struct pen_vec3 a = vertex(geometry->normals, wanted ? index[0] + shift : 0);
+		const struct pen_vec3 b = vertex(geometry->normals, wanted ? index[1] + shift : 0);
+		const struct pen_vec3 c = vertex(geometry->normals, wanted ? index[2] + shift : 0);
+		const struct pen_vec3 n = pen_normalize(blend(a, b, c, hits->u[i], hits->v[i]));
+
+		to->normal_x[i] = wanted ? n.x : to->normal_x[i];
+		to->normal_y[i] = wanted ? n.y : to->normal_y[i];
+		to->normal_z[i] = wanted ? n.z : to->normal_z[i];
+	}
+}
+
+/*
+ * Turns both normals to the ray's side. A shading normal that the ray sees from behind, or that is
+ * no number, gives way to the geometric one.
+ */
+static void face_rays(const struct pen_rays *rays, struct pen_points *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_vec3 d = {
+			rays->direction_x[i], rays->direction_y[i], rays->direction_z[i]};
+		const struct pen_vec3 g = {to->facing_x[i], to->facing_y[i], to->facing_z[i]};
+		const struct pen_vec3 s = {to->normal_x[i], to->normal_y[i], to->normal_z[i]};
+		const int behind = pen_dot(d, g) > 0.0f;
+		const float side = behind ? -1.0f : 1.0f;
+		const struct pen_vec3 facing = pen_scale(g, side);
+		const float turn = pen_dot(s, facing) < 0.0f ? -1.0f : 1.0f;
+		const struct pen_vec3 turned = pen_scale(s, turn);
+		const int seen = pen_dot(turned, d) < 0.0f;
+		const float eta = to->eta[i];
+
+		to->facing_x[i] = facing.x;
+		to->facing_y[i] = facing.y;
+		to->facing_z[i] = facing.z;
+		to->normal_x[i] = seen ? turned.x : facing.x;
+		to->normal_y[i] = seen ? turned.y : facing.y;
+		to->normal_z[i] = seen ? turned.z : facing.z;
+		to->eta[i] = behind ? 1.0f / eta : eta;
+		to->backside[i] = behind ? UINT32_MAX : 0;
+	}
+}
+
+void pen_points_find(const struct pen_render_scene *scene, const struct pen_packet *packet,
+	struct pen_points *ret_points)
+{
+	const struct pen_geometry *geometry = &scene->geometry;
+	struct lookup lookup;
+
+	look_up(scene, &packet->hits, ret_points, &lookup);
+	if (lookup.routes & PEN_ROUTE_NONE)
+		for (int i = 0; i < PEN_LANES; i++)
+			store_point(ret_points, i, pen_vec3(0, 0, 0), pen_vec3(0, 0, 1), 0);
+	if (lookup.routes & PEN_ROUTE_TRIANGLE)
+		find_triangles(geometry, &packet->hits, &lookup, ret_points);
+	if (lookup.routes & PEN_ROUTE_SPHERE)
+		find_spheres(geometry, &packet->rays, &lookup, ret_points);
+	copy_normals(ret_points);
+	if (lookup.is_smooth)
+		find_smooth_normals(geometry, &packet->hits, &lookup, ret_points);
+	for (int i = 0; i < PEN_LANES && (lookup.routes & PEN_ROUTE_SLOW) != 0; i++)
+		if (lookup.route[i] == PEN_ROUTE_SLOW)
+			find_slowly(scene, packet, i, ret_points);
+	face_rays(&packet->rays, ret_points);
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_POINT_H
+#define PEN_RENDER_POINT_H
+
+#include "core/render/scene.h"
+#include "core/render/trace.h"
+
+/* Where sixteen rays hit, and what is there. */
+struct pen_points {
+	_Alignas(64) float x[PEN_LANES];
+	float y[PEN_LANES];
+	float z[PEN_LANES];
+	float facing_x[PEN_LANES]; /* unit geometric normal on the side that the ray came from */
+	float facing_y[PEN_LANES];
+	float facing_z[PEN_LANES];
+	float normal_x[PEN_LANES]; /* unit shading normal on the same side */
+	float normal_y[PEN_LANES];
+	float normal_z[PEN_LANES];
+	float error[PEN_LANES]; /* how far the point may lie off the surface, generously */
+	float red[PEN_LANES];	/* the material's color */
+	float green[PEN_LANES];
+	float blue[PEN_LANES];
+	float alpha[PEN_LANES];
+	float eta[PEN_LANES];	      /* of what is behind the surface over what is before it */
+	uint32_t kind[PEN_LANES];     /* enum pen_kind */
+	uint32_t light[PEN_LANES];    /* of a light: its index */
+	uint32_t backside[PEN_LANES]; /* all ones where the ray came from behind the surface */
+	uint32_t kinds;		      /* of all lanes together */
+};
+
+/*
+ * Finds the points of a packet's hits more exactly than origin + distance * direction: triangles
+ * by barycentric coordinates, spheres by projection onto them, both at the ray's time.
+ */
+void pen_points_find(const struct pen_render_scene *scene, const struct pen_packet *packet,
+	struct pen_points *ret_points);
+
+/* A lane's point, lifted off the surface to the side that a direction leaves by. */
+static inline struct pen_vec3 pen_points_leave(
+	const struct pen_points *points, int lane, struct pen_vec3 direction)
+{
+	const struct pen_vec3 p = {points->x[lane], points->y[lane], points->z[lane]};
+	const struct pen_vec3 n = {
+		points->facing_x[lane], points->facing_y[lane], points->facing_z[lane]};
+	const float side = pen_dot(direction, n) < 0.0f ? -1.0f : 1.0f;
+
+	return pen_madd(p, side * points->error[lane], n);
+}
+
+#endif

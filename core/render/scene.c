@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/render/scene.h"
+
+#include "core/render/bsdf.h"
+#include "core/render/isa.h"
+
+#include <stdlib.h>
+
+static uint32_t kind_of(const struct pen_material_desc *material, bool is_whitted)
+{
+	const float alpha = is_whitted ? 0.0f : (float)(material->roughness * material->roughness);
+
+	switch (material->type) {
+	case PEN_MATERIAL_MATTE: return PEN_KIND_MATTE;
+	case PEN_MATERIAL_GLOSSY: return alpha < PEN_ALPHA_MIN ? PEN_KIND_MIRROR : PEN_KIND_GLOSSY;
+	case PEN_MATERIAL_GLASS:
+		return pen_glass_is_smooth(alpha, (float)material->ior) ? PEN_KIND_CLEAR
+									: PEN_KIND_FROSTED;
+	}
+	return PEN_KIND_NOTHING;
+}
+
+static struct pen_surface surface_of_material(
+	const struct pen_material_desc *material, bool is_whitted)
+{
+	return (struct pen_surface){
+		.kind = kind_of(material, is_whitted),
+		.red = (float)material->color[0],
+		.green = (float)material->color[1],
+		.blue = (float)material->color[2],
+		.alpha = (float)(material->roughness * material->roughness),
+		.ior = (float)material->ior,
+	};
+}
+
+static int create_surfaces(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const struct pen_scene *desc = scene->desc;
+	const bool is_whitted = desc->integrator.type == PEN_INTEGRATOR_WHITTED;
+	struct pen_surface *to = calloc(desc->material_count + desc->light_count + 1ul, sizeof *to);
+
+	if (!to)
+		return pen_error_memory(err);
+	scene->surfaces = to;
+	for (uint32_t i = 0; i < desc->material_count; i++)
+		*to++ = surface_of_material(&desc->materials[i], is_whitted);
+	for (uint32_t i = 0; i < desc->light_count; i++)
+		*to++ = (struct pen_surface){.kind = PEN_KIND_LIGHT, .light = i};
+	to->kind = PEN_KIND_NOTHING;
+	return 0;
+}
+
+static struct pen_target target_of(const struct pen_geometry *geometry, uint32_t index)
+{
+	const struct pen_shape *shape = &geometry->shapes[index];
+	const struct pen_model *model = &geometry->models[shape->model];
+	const bool rests = shape->placement_count == 0 && model->step_count == 1;
+	struct pen_target target = {
+		.route = PEN_ROUTE_SLOW,
+		.surface = shape->surface,
+		.first = model->first,
+		.normal_offset = PEN_NO_INDEX,
+	};
+
+	if (rests && model->type == PEN_MODEL_TRIANGLES) {
+		target.route = PEN_ROUTE_TRIANGLE;
+		target.normal_offset = model->normal_offset;
+	} else if (rests && model->type == PEN_MODEL_SPHERES) {
+		target.route = PEN_ROUTE_SPHERE;
+	}
+	return target;
+}
+
+static int create_targets(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const struct pen_geometry *geometry = &scene->geometry;
+
+	scene->targets = calloc(geometry->shape_count + 1ul, sizeof *scene->targets);
+	if (!scene->targets)
+		return pen_error_memory(err);
+	for (uint32_t i = 0; i < geometry->shape_count; i++)
+		scene->targets[i] = target_of(geometry, i);
+	scene->targets[geometry->shape_count] = (struct pen_target){
+		.route = PEN_ROUTE_NONE,
+		.surface = scene->desc->material_count + scene->desc->light_count,
+		.normal_offset = PEN_NO_INDEX,
+	};
+	return 0;
+}
+
+static int create_choice(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const struct pen_scene *desc = scene->desc;
+	const double radius = pen_trace_radius(scene->trace);
+	double *powers = calloc(desc->light_count, sizeof *powers);
+	int r;
+
+	if (!powers)
+		return pen_error_memory(err);
+	for (uint32_t i = 0; i < desc->light_count; i++)
+		powers[i] = pen_light_power(&desc->lights[i], radius);
+	r = pen_light_choice_init(&scene->choice, powers, desc->light_count, err);
+	scene->chooses_light = r == 0;
+	free(powers);
+	return r;
+}
+
+static int create_lights(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const struct pen_scene *desc = scene->desc;
+
+	scene->lights = calloc(desc->light_count + 1ul, sizeof *scene->lights);
+	if (!scene->lights)
+		return pen_error_memory(err);
+	scene->light_count = desc->light_count;
+	for (uint32_t i = 0; i < desc->light_count; i++)
+		pen_light_init(&scene->lights[i], &desc->lights[i]);
+	return desc->light_count > PEN_LIGHTS_SAMPLED_MAX ? create_choice(scene, err) : 0;
+}
+
+static int create_camera(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const struct pen_scene *desc = scene->desc;
+	struct pen_camera_desc camera = desc->camera;
+
+	if (desc->integrator.type == PEN_INTEGRATOR_WHITTED)
+		camera.aperture_radius = 0.0;
+	pen_filter_init(&scene->filter, &desc->image);
+	return pen_camera_init(&scene->camera, &camera, desc->image.width, desc->image.height, err);
+}
+
+static int create_parts(struct pen_render_scene *scene, enum pen_isa isa, struct pen_error *err)
+{
+	int r = pen_geometry_init(&scene->geometry, scene->desc, err);
+
+	if (r == 0)
+		r = pen_trace_create(&scene->geometry, isa, &scene->trace, err);
+	if (r == 0)
+		r = create_surfaces(scene, err);
+	if (r == 0)
+		r = create_targets(scene, err);
+	if (r == 0)
+		r = create_lights(scene, err);
+	if (r == 0)
+		r = create_camera(scene, err);
+	return r;
+}
+
+int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
+	struct pen_render_scene **ret_scene, struct pen_error *err)
+{
+	static const struct pen_kernel *const kernels[PEN_ISA_COUNT] = {
+		[PEN_ISA_V2] = &pen_kernel_v2,
+		[PEN_ISA_V3] = &pen_kernel_v3,
+		[PEN_ISA_V4] = &pen_kernel_v4,
+	};
+	struct pen_render_scene *scene;
+	unsigned int state;
+	int r;
+
+	if (!pen_isa_supported(isa))
+		return pen_error_set(
+			err, PEN_EUNSUPPORTED, "this processor does not run %s", pen_isa_name(isa));
+	scene = calloc(1, sizeof *scene);
+	if (!scene)
+		return pen_error_memory(err);
+	scene->desc = desc;
+	scene->kernel = kernels[isa];
+	scene->background = pen_vec3_load(desc->background);
+	state = pen_isa_denormals_flush();
+	r = create_parts(scene, isa, err);
+	pen_isa_denormals_restore(state);
+	if (r < 0)
+		pen_render_scene_destroy(scene);
+	else
+		*ret_scene = scene;
+	return r;
+}
+
+void pen_render_scene_destroy(struct pen_render_scene *scene)
+{
+	if (!scene)
+		return;
+	pen_camera_finish(&scene->camera);
+	pen_light_choice_finish(&scene->choice);
+	free(scene->lights);
+	free(scene->targets);
+	free(scene->surfaces);
+	pen_trace_destroy(scene->trace);
+	pen_geometry_finish(&scene->geometry);
+	free(scene);
+}
+
+int pen_render_warm_up(enum pen_isa isa, struct pen_error *err)
+{
+	return pen_trace_warm_up(isa, err);
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_SCENE_H
+#define PEN_RENDER_SCENE_H
+
+#include "core/render/camera.h"
+#include "core/render/filter.h"
+#include "core/render/geometry.h"
+#include "core/render/kernel.h"
+#include "core/render/light.h"
+#include "core/render/light_choice.h"
+#include "core/render/render.h"
+#include "core/render/trace.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What happens to a path at a hit. Bits, so that a packet's kinds are one number. */
+enum pen_kind {
+	PEN_KIND_NOTHING = 1 << 0,
+	PEN_KIND_LIGHT = 1 << 1,
+	PEN_KIND_MATTE = 1 << 2,
+	PEN_KIND_MIRROR = 1 << 3, /* glossy of roughness 0 */
+	PEN_KIND_GLOSSY = 1 << 4,
+	PEN_KIND_CLEAR = 1 << 5, /* glass of roughness 0 */
+	PEN_KIND_FROSTED = 1 << 6
+};
+
+/* Materials, then lights, then what rays hit that hit nothing. */
+struct pen_surface {
+	uint32_t kind;
+	uint32_t light; /* index, of a light */
+	float red, green, blue;
+	float alpha, ior;
+	float unused;
+};
+
+/* How the hit point is found. Bits, as above. */
+enum pen_route {
+	PEN_ROUTE_NONE = 1 << 0,
+	PEN_ROUTE_TRIANGLE = 1 << 1, /* in world coordinates, at rest */
+	PEN_ROUTE_SPHERE = 1 << 2,   /* the same */
+	PEN_ROUTE_SLOW = 1 << 3	     /* anything, by way of its shape */
+};
+
+/* What a lane needs of the shape it hit; the last entry stands for no hit. */
+struct pen_target {
+	uint32_t route;
+	uint32_t surface;
+	uint32_t first;		/* in the pool of triangles or spheres */
+	uint32_t normal_offset; /* see struct pen_model */
+};
+
+struct pen_render_scene {
+	const struct pen_scene *desc;
+	const struct pen_kernel *kernel;
+	struct pen_geometry geometry;
+	struct pen_trace *trace;
+	struct pen_target *targets; /* one a shape, and one more */
+	struct pen_surface *surfaces;
+	struct pen_camera camera;
+	struct pen_filter filter;
+	struct pen_light *lights;
+	uint32_t light_count;
+	struct pen_light_choice choice; /* of the lights when they are too many to sample all */
+	bool chooses_light;
+	struct pen_vec3 background;
+};
+
+/* All lights are sampled at a hit up to this number of them. */
+enum { PEN_LIGHTS_SAMPLED_MAX = 8 };
+
+#endif

@@ -1,0 +1,357 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/render/trace.h"
+
+#include "core/render/isa.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert(sizeof(struct pen_rays) == sizeof(struct RTCRay16), "rays are Embree's");
+_Static_assert(sizeof(struct pen_packet) == sizeof(struct RTCRayHit16), "packets are Embree's");
+_Static_assert(offsetof(struct pen_rays, time) == offsetof(struct RTCRay16, time) &&
+		       offsetof(struct pen_rays, tfar) == offsetof(struct RTCRay16, tfar) &&
+		       offsetof(struct pen_hits, geometry) == offsetof(struct RTCHit16, geomID) &&
+		       offsetof(struct pen_hits, instance) == offsetof(struct RTCHit16, instID),
+	"lanes are Embree's");
+_Static_assert(PEN_NO_INDEX == RTC_INVALID_GEOMETRY_ID, "no hit is Embree's");
+
+/* Embree asserts that |component| < 1.844e18. */
+#define COMPONENT_MAX 1e18f
+
+struct pen_trace {
+	RTCDevice device;
+	RTCScene scene;
+	RTCScene *models;    /* of those that are placed, by model; NULL for the others */
+	RTCGeometry *shapes; /* instances, by shape; NULL for the others; owned by scene */
+	uint32_t model_count;
+};
+
+/* A device made before its scene is known: one a process. */
+static struct {
+	RTCDevice device;
+	enum pen_isa isa;
+} spare;
+
+const char *pen_trace_version(void)
+{
+	return RTC_VERSION_STRING;
+}
+
+static int device_create(enum pen_isa isa, RTCDevice *ret_device, struct pen_error *err)
+{
+	RTCDevice device = rtcNewDevice(pen_isa_embree_config(isa));
+
+	if (!device)
+		return pen_error_set(err, PEN_EUNSUPPORTED,
+			"Embree has no device for %s on this machine (error %d)", pen_isa_name(isa),
+			(int)rtcGetDeviceError(NULL));
+	*ret_device = device;
+	return 0;
+}
+
+int pen_trace_warm_up(enum pen_isa isa, struct pen_error *err)
+{
+	if (spare.device)
+		return 0;
+	spare.isa = isa;
+	return device_create(isa, &spare.device, err);
+}
+
+static int device_take(enum pen_isa isa, RTCDevice *ret_device, struct pen_error *err)
+{
+	if (!spare.device || spare.isa != isa)
+		return device_create(isa, ret_device, err);
+	*ret_device = spare.device;
+	spare.device = NULL;
+	return 0;
+}
+
+static void set_triangles(
+	RTCGeometry to, const struct pen_geometry *geometry, const struct pen_model *model)
+{
+	const size_t vertex_bytes = 3 * sizeof(float);
+
+	/* The pool's indices count from its first vertex, so the buffer of step 0 begins there. */
+	for (uint32_t step = 0; step < model->step_count; step++)
+		rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3,
+			geometry->vertices, (size_t)step * model->vertex_count * vertex_bytes,
+			vertex_bytes, (size_t)model->vertex_first + model->vertex_count);
+	rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+		geometry->indices, 3 * sizeof(uint32_t) * (size_t)model->first,
+		3 * sizeof(uint32_t), model->count);
+}
+
+static void set_spheres(
+	RTCGeometry to, const struct pen_geometry *geometry, const struct pen_model *model)
+{
+	for (uint32_t step = 0; step < model->step_count; step++)
+		rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT4,
+			geometry->spheres,
+			((size_t)model->first + (size_t)step * model->count) *
+				sizeof(struct pen_sphere),
+			sizeof(struct pen_sphere), model->count);
+}
+
+static void set_disk(
+	RTCGeometry to, const struct pen_geometry *geometry, const struct pen_model *model)
+{
+	const struct pen_disk *disk = &geometry->disks[model->first];
+
+	rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, disk,
+		offsetof(struct pen_disk, bounds), sizeof *disk, model->count);
+	rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, disk,
+		offsetof(struct pen_disk, normal), sizeof *disk, model->count);
+}
+
+/* Puts a model into an Embree scene under an id. */
+static void attach_model(const struct pen_trace *trace, RTCScene scene, uint32_t id,
+	const struct pen_geometry *geometry, const struct pen_model *model)
+{
+	static const enum RTCGeometryType types[] = {
+		[PEN_MODEL_TRIANGLES] = RTC_GEOMETRY_TYPE_TRIANGLE,
+		[PEN_MODEL_SPHERES] = RTC_GEOMETRY_TYPE_SPHERE_POINT,
+		[PEN_MODEL_DISK] = RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT,
+	};
+	RTCGeometry to = rtcNewGeometry(trace->device, types[model->type]);
+
+	rtcSetGeometryBuildQuality(to, RTC_BUILD_QUALITY_MEDIUM);
+	rtcSetGeometryTimeStepCount(to, model->step_count);
+	switch (model->type) {
+	case PEN_MODEL_TRIANGLES: set_triangles(to, geometry, model); break;
+	case PEN_MODEL_SPHERES: set_spheres(to, geometry, model); break;
+	case PEN_MODEL_DISK: set_disk(to, geometry, model); break;
+	}
+	rtcCommitGeometry(to);
+	rtcAttachGeometryByID(scene, to, id);
+	rtcReleaseGeometry(to);
+}
+
+static RTCScene scene_create(RTCDevice device)
+{
+	RTCScene scene = rtcNewScene(device);
+
+	rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+	rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+	return scene;
+}
+
+static RTCScene model_scene(
+	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t model)
+{
+	if (!trace->models[model]) {
+		trace->models[model] = scene_create(trace->device);
+		attach_model(trace, trace->models[model], 0, geometry, &geometry->models[model]);
+		rtcCommitScene(trace->models[model]);
+	}
+	return trace->models[model];
+}
+
+static struct RTCQuaternionDecomposition quaternion_of(const struct pen_placement *p)
+{
+	struct RTCQuaternionDecomposition q;
+
+	rtcInitQuaternionDecomposition(&q);
+	rtcQuaternionDecompositionSetScale(
+		&q, (float)p->scale[0], (float)p->scale[1], (float)p->scale[2]);
+	rtcQuaternionDecompositionSetSkew(
+		&q, (float)p->skew_xy, (float)p->skew_xz, (float)p->skew_yz);
+	rtcQuaternionDecompositionSetQuaternion(&q, (float)p->rotate[3], (float)p->rotate[0],
+		(float)p->rotate[1], (float)p->rotate[2]);
+	rtcQuaternionDecompositionSetTranslation(
+		&q, (float)p->translate[0], (float)p->translate[1], (float)p->translate[2]);
+	return q;
+}
+
+static void attach_instance(
+	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t id)
+{
+	const struct pen_shape *shape = &geometry->shapes[id];
+	const struct pen_placement *placements = geometry->placements + shape->placement_first;
+	RTCGeometry to = rtcNewGeometry(trace->device, RTC_GEOMETRY_TYPE_INSTANCE);
+	/* An instance of something that deforms must move too, if only on the spot. */
+	const bool deforms = geometry->models[shape->model].step_count > 1;
+	const uint32_t steps = deforms && shape->placement_count == 1 ? 2 : shape->placement_count;
+
+	rtcSetGeometryInstancedScene(to, model_scene(trace, geometry, shape->model));
+	rtcSetGeometryTimeStepCount(to, steps);
+	if (steps == 1)
+		rtcSetGeometryTransform(to, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, shape->world);
+	for (uint32_t i = 0; i < steps && steps > 1; i++) {
+		const struct RTCQuaternionDecomposition q =
+			quaternion_of(&placements[i % shape->placement_count]);
+
+		rtcSetGeometryTransformQuaternion(to, i, &q);
+	}
+	rtcCommitGeometry(to);
+	rtcAttachGeometryByID(trace->scene, to, id);
+	trace->shapes[id] = to;
+	rtcReleaseGeometry(to);
+}
+
+static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *geometry)
+{
+	trace->scene = scene_create(trace->device);
+	for (uint32_t id = 0; id < geometry->shape_count; id++) {
+		const struct pen_shape *shape = &geometry->shapes[id];
+
+		if (shape->placement_count > 0)
+			attach_instance(trace, geometry, id);
+		else
+			attach_model(
+				trace, trace->scene, id, geometry, &geometry->models[shape->model]);
+	}
+	rtcCommitScene(trace->scene);
+}
+
+int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
+	struct pen_trace **ret_trace, struct pen_error *err)
+{
+	struct pen_trace *trace = calloc(1, sizeof *trace);
+	enum RTCError failure;
+	int r;
+
+	if (!trace)
+		return pen_error_memory(err);
+	trace->model_count = geometry->model_count;
+	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
+	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
+	if (!trace->models || !trace->shapes) {
+		r = pen_error_memory(err);
+		goto fail;
+	}
+	r = device_take(isa, &trace->device, err);
+	if (r < 0)
+		goto fail;
+	attach_shapes(trace, geometry);
+	failure = rtcGetDeviceError(trace->device);
+	if (failure != RTC_ERROR_NONE) {
+		r = pen_error_set(err,
+			failure == RTC_ERROR_OUT_OF_MEMORY ? PEN_ENOMEM : PEN_EINVALID,
+			"Embree refuses the scene (error %d)", (int)failure);
+		goto fail;
+	}
+	*ret_trace = trace;
+	return 0;
+fail:
+	pen_trace_destroy(trace);
+	return r;
+}
+
+void pen_trace_destroy(struct pen_trace *trace)
+{
+	if (!trace)
+		return;
+	if (trace->scene)
+		rtcReleaseScene(trace->scene);
+	for (uint32_t i = 0; i < trace->model_count && trace->models; i++)
+		if (trace->models[i])
+			rtcReleaseScene(trace->models[i]);
+	if (trace->device)
+		rtcReleaseDevice(trace->device);
+	free(trace->models);
+	free(trace->shapes);
+	free(trace);
+}
+
+double pen_trace_radius(const struct pen_trace *trace)
+{
+	struct RTCBounds box;
+
+	rtcGetSceneBounds(trace->scene, &box);
+	if (!(box.lower_x <= box.upper_x))
+		return 0.0;
+
+	const double x = (double)box.upper_x - (double)box.lower_x;
+	const double y = (double)box.upper_y - (double)box.lower_y;
+	const double z = (double)box.upper_z - (double)box.lower_z;
+
+	return 0.5 * sqrt(x * x + y * y + z * z);
+}
+
+/*
+ * The lanes to trace. Parked ones are marked, and whatever Embree would abort at is parked: with
+ * instruction sets below AVX-512 it looks at every lane, marked or not.
+ */
+static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
+{
+	uint32_t dropped = 0;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const bool sane = fabsf(rays->origin_x[i]) < COMPONENT_MAX &&
+				  fabsf(rays->origin_y[i]) < COMPONENT_MAX &&
+				  fabsf(rays->origin_z[i]) < COMPONENT_MAX &&
+				  fabsf(rays->direction_x[i]) < COMPONENT_MAX &&
+				  fabsf(rays->direction_y[i]) < COMPONENT_MAX &&
+				  fabsf(rays->direction_z[i]) < COMPONENT_MAX;
+		const bool wanted = rays->tnear[i] <= rays->tfar[i];
+
+		valid[i] = sane && wanted ? -1 : 0;
+		dropped += wanted && !sane;
+		rays->mask[i] = UINT32_MAX;
+		rays->flags[i] = 0;
+		rays->id[i] = 0;
+	}
+	return dropped;
+}
+
+static void park(struct pen_rays *rays, int lane)
+{
+	rays->origin_x[lane] = rays->origin_y[lane] = rays->origin_z[lane] = 0.0f;
+	rays->direction_x[lane] = rays->direction_y[lane] = 0.0f;
+	rays->direction_z[lane] = 1.0f;
+	rays->tnear[lane] = 1.0f;
+	rays->tfar[lane] = 0.0f;
+}
+
+static void park_lanes(struct pen_rays *rays, const int32_t valid[PEN_LANES])
+{
+	for (int i = 0; i < PEN_LANES; i++)
+		if (!valid[i])
+			park(rays, i);
+}
+
+static struct RTCIntersectContext context_of(bool coherent)
+{
+	struct RTCIntersectContext context;
+
+	rtcInitIntersectContext(&context);
+	context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+				 : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+	return context;
+}
+
+uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct pen_packet *packet)
+{
+	struct RTCIntersectContext context = context_of(coherent);
+	_Alignas(64) int32_t valid[PEN_LANES];
+	const uint32_t dropped = prepare(&packet->rays, valid);
+
+	park_lanes(&packet->rays, valid);
+	memset(packet->hits.geometry, 0xff, sizeof packet->hits.geometry);
+	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
+	rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
+	return dropped;
+}
+
+uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct pen_rays *rays)
+{
+	struct RTCIntersectContext context = context_of(coherent);
+	_Alignas(64) int32_t valid[PEN_LANES];
+	const uint32_t dropped = prepare(rays, valid);
+
+	park_lanes(rays, valid);
+	rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
+	for (int i = 0; i < PEN_LANES; i++)
+		rays->tfar[i] = valid[i] ? rays->tfar[i] : -1.0f;
+	return dropped;
+}
+
+void pen_trace_placement(
+	const struct pen_trace *trace, uint32_t shape, float time, float ret_world[3][4])
+{
+	rtcGetGeometryTransform(
+		trace->shapes[shape], time, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, ret_world);
+}

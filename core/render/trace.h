@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_TRACE_H
+#define PEN_RENDER_TRACE_H
+
+#include "core/render/geometry.h"
+#include "core/render/render.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/*
+ * Embree, confined. Rays are traced sixteen at a time, always, and never by another call: single
+ * rays give other last bits. Under the default flag a ray's result depends on the ray alone; a
+ * packet may be called coherent only when its composition is a function of the request.
+ */
+
+enum { PEN_LANES = 16 };
+
+/* Sixteen rays, laid out as Embree's RTCRay16. A lane with tnear > tfar is parked: not traced. */
+struct pen_rays {
+	_Alignas(64) float origin_x[PEN_LANES];
+	float origin_y[PEN_LANES];
+	float origin_z[PEN_LANES];
+	float tnear[PEN_LANES];
+	float direction_x[PEN_LANES];
+	float direction_y[PEN_LANES];
+	float direction_z[PEN_LANES];
+	float time[PEN_LANES]; /* fraction of the shutter */
+	float tfar[PEN_LANES]; /* becomes the hit's distance; negative in occluded lanes */
+	uint32_t mask[PEN_LANES];
+	uint32_t id[PEN_LANES];
+	uint32_t flags[PEN_LANES];
+};
+
+/* What they hit, laid out as RTCHit16. */
+struct pen_hits {
+	_Alignas(64) float normal_x[PEN_LANES];
+	float normal_y[PEN_LANES];
+	float normal_z[PEN_LANES];
+	float u[PEN_LANES];
+	float v[PEN_LANES];
+	uint32_t primitive[PEN_LANES];
+	uint32_t geometry[PEN_LANES]; /* PEN_NO_INDEX: nothing */
+	uint32_t instance[PEN_LANES]; /* PEN_NO_INDEX: geometry is the shape; else the shape */
+};
+
+struct pen_packet {
+	struct pen_rays rays;
+	struct pen_hits hits;
+};
+
+struct pen_trace;
+
+/* Of the library that this was built for: "3.13.5". */
+const char *pen_trace_version(void);
+
+/* See pen_render_warm_up. */
+int pen_trace_warm_up(enum pen_isa isa, struct pen_error *err);
+
+/*
+ * Builds the Embree scene, with threads of Embree's own that are idle afterwards. The geometry
+ * must outlive it: Embree reads its vertices in place.
+ */
+int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
+	struct pen_trace **ret_trace, struct pen_error *err);
+void pen_trace_destroy(struct pen_trace *trace);
+
+/* Half the diagonal of the scene's bounding box; 0 for an empty scene. */
+double pen_trace_radius(const struct pen_trace *trace);
+
+/*
+ * The closest hits; hits are overwritten in every lane. Lanes that Embree must not see (a value
+ * that is not finite or beyond 1e18) become misses; returns how many.
+ */
+uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct pen_packet *packet);
+
+/* Whether anything is in between: tfar becomes negative there, and in lanes that were dropped. */
+uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct pen_rays *rays);
+
+/* World from own coordinates of a shape with placements, at a fraction of the shutter. */
+void pen_trace_placement(
+	const struct pen_trace *trace, uint32_t shape, float time, float ret_world[3][4]);
+
+#endif
