@@ -219,7 +219,7 @@ void pen_private_farm_explain(struct pen_private_farm *farm, struct pen_error *e
 /* Not pen_interrupt_sleep: an interrupt must not turn this wait into a spin. */
 static void wait_shortly(void)
 {
-	const struct timespec span = {.tv_nsec = POLL_MS * 1000000};
+	const struct timespec span = {.tv_nsec = POLL_MS * 1000000L};
 
 	(void)nanosleep(&span, NULL);
 }
