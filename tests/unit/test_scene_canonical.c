@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,20 +45,27 @@ static void assert_canonical(const char *text, const char *expected)
 	json_decref(tree);
 }
 
-/* Reads a scene and gives the canonical text of the tree that it leaves. */
-static char *canonical_scene(const char *text)
+/* Reads a scene; *ret_text is the canonical text of the tree that it leaves. The caller frees both.
+ */
+static struct pen_scene *read_scene(const char *text, char **ret_text)
 {
 	struct pen_error err = PEN_ERROR_INIT;
 	struct pen_scene_errors errors;
 	struct pen_scene *scene = NULL;
 	json_t *tree = parse(text);
-	char *found;
 
 	if (pen_scene_parse(tree, &scene, &errors, &err) < 0)
 		fail_msg("%s", err.text);
-	found = canonical(tree);
-	pen_scene_destroy(scene);
+	*ret_text = canonical(tree);
 	json_decref(tree);
+	return scene;
+}
+
+static char *canonical_scene(const char *text)
+{
+	char *found;
+
+	pen_scene_destroy(read_scene(text, &found));
 	return found;
 }
 
@@ -227,6 +235,93 @@ static void canonical_text_is_a_fixed_point(void **state)
 	free(twice);
 }
 
+static void assert_same(const void *a, const void *b, size_t count, size_t size)
+{
+	assert_true(count == 0 || memcmp(a, b, count * size) == 0);
+}
+
+static void assert_same_object(const struct pen_object_desc *a, const struct pen_object_desc *b)
+{
+	assert_int_equal(a->type, b->type);
+	assert_int_equal(a->material, b->material);
+	assert_int_equal(a->visible, b->visible);
+	assert_same(&a->transform, &b->transform, 1, sizeof a->transform);
+	assert_int_equal(a->key_count, b->key_count);
+	assert_same(a->keys, b->keys, a->key_count, sizeof *a->keys);
+	if (a->type == PEN_OBJECT_SPHERE)
+		assert_same(&a->u.sphere, &b->u.sphere, 1, sizeof a->u.sphere);
+	if (a->type != PEN_OBJECT_MESH)
+		return;
+	assert_int_equal(a->u.mesh.vertex_count, b->u.mesh.vertex_count);
+	assert_int_equal(a->u.mesh.triangle_count, b->u.mesh.triangle_count);
+	assert_same(
+		a->u.mesh.vertices, b->u.mesh.vertices, a->u.mesh.vertex_count, 3 * sizeof(float));
+	assert_same(a->u.mesh.indices, b->u.mesh.indices, a->u.mesh.triangle_count,
+		3 * sizeof(uint32_t));
+}
+
+/* Descriptions are zeroed memory filled member by member: equal ones are equal bytes. */
+static void assert_same_scene(const struct pen_scene *a, const struct pen_scene *b)
+{
+	struct pen_camera_desc c = a->camera, d = b->camera;
+
+	assert_same(&a->image, &b->image, 1, sizeof a->image);
+	assert_int_equal(c.key_count, d.key_count);
+	assert_same(c.keys, d.keys, c.key_count, sizeof *c.keys);
+	c.keys = d.keys = NULL;
+	assert_same(&c, &d, 1, sizeof c);
+	assert_same(&a->integrator, &b->integrator, 1, sizeof a->integrator);
+	assert_same(&a->sampling, &b->sampling, 1, sizeof a->sampling);
+	assert_same(a->background, b->background, 1, sizeof a->background);
+	assert_int_equal(a->material_count, b->material_count);
+	for (uint32_t i = 0; i < a->material_count; i++) {
+		assert_string_equal(a->materials[i].name, b->materials[i].name);
+		assert_same(a->materials[i].color, b->materials[i].color, 3, sizeof(double));
+	}
+	assert_int_equal(a->object_count, b->object_count);
+	for (uint32_t i = 0; i < a->object_count; i++)
+		assert_same_object(&a->objects[i], &b->objects[i]);
+	assert_int_equal(a->light_count, b->light_count);
+	assert_same(a->lights, b->lights, a->light_count, sizeof *a->lights);
+}
+
+static char *read_file(const char *path)
+{
+	FILE *file = fopen(path, "rb");
+	char *text = calloc(1, 1 << 16);
+
+	assert_non_null(file);
+	assert_non_null(text);
+	assert_in_range(fread(text, 1, (1 << 16) - 1, file), 1, (1 << 16) - 2);
+	(void)fclose(file);
+	return text;
+}
+
+/* Broken by a scene that a worker, who gets the canonical text, reads otherwise than the server. */
+static void reference_scenes_survive_the_canonical_text(void **state)
+{
+	static const char *const names[] = {
+		"depth_of_field", "five_balls", "glass", "gloss", "motion_blur", "soft_shadow"};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+		char path[64], *text, *once, *twice;
+		struct pen_scene *given, *again;
+
+		(void)snprintf(path, sizeof path, "reference/scenes/%s.json", names[i]);
+		text = read_file(path);
+		given = read_scene(text, &once);
+		again = read_scene(once, &twice);
+		assert_string_equal(once, twice);
+		assert_same_scene(given, again);
+		pen_scene_destroy(given);
+		pen_scene_destroy(again);
+		free(text);
+		free(once);
+		free(twice);
+	}
+}
+
 struct patch {
 	const char *target, *patch, *result;
 };
@@ -296,6 +391,7 @@ int main(void)
 		cmocka_unit_test(a_full_buffer_is_an_error),
 		cmocka_unit_test(one_scene_has_one_text),
 		cmocka_unit_test(canonical_text_is_a_fixed_point),
+		cmocka_unit_test(reference_scenes_survive_the_canonical_text),
 		cmocka_unit_test(merge_patch_is_as_in_the_rfc),
 		cmocka_unit_test(merged_values_are_copies),
 	};
