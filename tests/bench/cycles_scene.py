@@ -3,9 +3,10 @@
 
     blender -b --factory-startup -noaudio -P cycles_scene.py -- SCENE.json OUT.exr SAMPLES THREADS
 
-Knows what the reference scenes use: matte, glossy and glass; spheres and meshes, moved by keyframes;
-rectangle, triangle and sphere lights; lens, shutter. Blender is Z-up: (x, y, z) becomes (x, -z, y).
-Cycles has no true spheres: they become smooth meshes of 256 x 128 faces.
+Knows what the reference scenes use: matte, glossy and glass; spheres and meshes, moved by
+keyframes; rectangle, triangle and sphere lights; lens, shutter. Blender is Z-up:
+(x, y, z) becomes (x, -z, y). Cycles has no true spheres: they become smooth meshes of 256 x 128
+faces.
 """
 import json
 import math
@@ -190,7 +191,8 @@ def add_camera(scene, spec, opened):
     eye.matrix_world = frame_of(spec["position"], spec["look_at"], up)
     eye.rotation_mode = "QUATERNION"
     for key in spec.get("keyframes", []):
-        pose = frame_of(key.get("position", spec["position"]), key.get("look_at", spec["look_at"]), up)
+        whole = {**spec, **key}
+        pose = frame_of(whole["position"], whole["look_at"], up)
         eye.location, eye.rotation_quaternion = pose.translation, pose.to_quaternion()
         for channel in ("location", "rotation_quaternion"):
             eye.keyframe_insert(channel, frame=1 + key["time"] - opened)

@@ -34,8 +34,9 @@ def penumbra(service, path, samples):
 
 
 def cycles(path, samples, threads, directory):
-    command = ["blender", "-b", "--factory-startup", "-noaudio", "-P", str(HERE / "cycles_scene.py"),
-               "--", str(path), str(directory / "cycles.exr"), str(samples), str(threads)]
+    command = ["blender", "-b", "--factory-startup", "-noaudio",
+               "-P", str(HERE / "cycles_scene.py"), "--", str(path),
+               str(directory / "cycles.exr"), str(samples), str(threads)]
     log = subprocess.run(command, capture_output=True, text=True, check=True, timeout=900).stdout
     stamps = {}
     for minutes, seconds, sample in re.findall(r"Time:(\d+):(\d+\.\d+).*\| Sample (\d+)/", log):

@@ -23,8 +23,7 @@ def subject(seed):
         160, 120, 300, [scene.floor(), scene.sphere([0, 1, 0], 1, "satin")], seed=seed,
         camera=scene.look([0, 2, 6], [0, 1, 0], aperture_radius=0.1, focus_distance=6),
         materials={"white": scene.matte(0.7), "satin": scene.glossy(0.3)}, background=0.2,
-        lights=[{"type": "rectangle", "corner": [-2, 5, 0], "edge_u": [3, 0, 0], "edge_v": [0, 0, 3],
-                 "radiance": [8, 8, 8]}])
+        lights=[scene.panel([-2, 5, 0], [3, 0, 0], [0, 0, 3], 8)])
 
 
 class Nemesis:
@@ -74,9 +73,14 @@ class Nemesis:
 
     def kill_coordinator(self):
         family = self.service.kill()
-        farm.wait_for(lambda: not any(map(farm.alive, family)), 5, "end of the coordinator's processes")
+        farm.wait_for(lambda: not any(map(farm.alive, family)), 5, "end of its processes")
         self.service.start()
         return True
+
+
+def unfinished(service, renders):
+    states = [service.resource(render)["state"] for render, _ in renders]
+    return sum(state not in farm.FINAL for state in states)
 
 
 def test_chaos():
@@ -87,7 +91,7 @@ def test_chaos():
         nemesis, accepted = Nemesis(service, SEED), []
         end = time.monotonic() + SECONDS
         while time.monotonic() < end:
-            if sum(service.resource(r)["state"] in ("queued", "running") for r, _ in accepted[-4:]) < 2:
+            if unfinished(service, accepted[-4:]) < 2:
                 seed = len(accepted) % len(wanted)
                 accepted.append((service.submit(subject(seed)), seed))
             time.sleep(nemesis.random.uniform(0.2, 1.2))

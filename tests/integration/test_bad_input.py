@@ -20,9 +20,9 @@ GOOD = scene.build(
     [scene.floor(), scene.sphere([0, 1, 0], 1, name="ball"),
      {"type": "instance", "of": "ball", "transform": {"translate": [2, 0, 0]},
       "keyframes": [{"time": 0, "scale": [1, 1, 1]}, {"time": 1, "scale": [2, 2, 2]}]}],
-    lights=[{"type": "rectangle", "corner": [-1, 3, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2],
+    lights=[scene.panel([-1, 3, 0], [2, 0, 0], [0, 0, 2], 1),
+            {"type": "triangle", "vertices": [[0, 3, 0], [1, 3, 0], [0, 3, 1]],
              "radiance": [1, 1, 1]},
-            {"type": "triangle", "vertices": [[0, 3, 0], [1, 3, 0], [0, 3, 1]], "radiance": [1, 1, 1]},
             {"type": "disk", "center": [0, 3, 0], "normal": [0, -1, 0], "radius": 1,
              "radiance": [1, 1, 1]}])
 
@@ -145,8 +145,8 @@ def test_input_is_not_echoed(service):
 
 def test_empty_scene_shows_the_background(service):
     """Broken by a renderer that cannot do without objects, or by a black default."""
-    body = {"version": 1, "image": {"width": 9, "height": 7}, "background": {"color": [0.25, 0.5, 1]}}
-    pixels = image.read(service.render(body))
+    pixels = image.read(service.render({"version": 1, "image": {"width": 9, "height": 7},
+                                        "background": {"color": [0.25, 0.5, 1]}}))
     assert pixels.shape == (7, 9, 3)
     assert (pixels == np.array([0.25, 0.5, 1], dtype=np.float32)).all()
 
@@ -178,8 +178,9 @@ def test_large_body_curl(service, tmp_path, headers):
     with open(body, "wb") as file:
         file.truncate(LARGE)
     done = subprocess.run(
-        ["curl", "-sS", "-o", "/dev/null", "-w", "%{http_code}", "--data-binary", f"@{body}", *headers,
-         "-H", "Content-Type: application/json", f"http://127.0.0.1:{service.http_port}/v1/renders"],
+        ["curl", "-sS", "-o", "/dev/null", "-w", "%{http_code}", "--data-binary", f"@{body}",
+         *headers, "-H", "Content-Type: application/json",
+         f"http://127.0.0.1:{service.http_port}/v1/renders"],
         capture_output=True, text=True, timeout=60)
     assert (done.stdout, done.returncode) == ("413", 0), done.stderr
 

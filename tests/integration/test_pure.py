@@ -23,8 +23,8 @@ WIDTH, HEIGHT = 173, 131
 def instance(angle, position):
     turn = [0, np.sin(np.radians(angle / 2)), 0, np.cos(np.radians(angle / 2))]
     return {"type": "instance", "of": "block", "material": "red",
-            "keyframes": [{"time": 0, "translate": position, "rotate": [0, 0, 0, 1]},
-                          {"time": 1, "translate": position, "rotate": turn}]}
+            "keyframes": scene.motion({"translate": position, "rotate": [0, 0, 0, 1]},
+                                      {"translate": position, "rotate": turn})}
 
 
 def subject(samples, **image_keys):
@@ -37,10 +37,10 @@ def subject(samples, **image_keys):
         scene.box(0.4, "red", name="block", visible=False),
         instance(100, [-1.6, 0.6, 0.5]),
         instance(-60, [1.7, 0.6, 0.2]),
-        scene.sphere([0, 0, 0], 0.6, "clear", keyframes=[{"time": 0, "translate": [-0.4, 0.6, 1]},
-                                                         {"time": 1, "translate": [0.3, 0.8, 1.2]}]),
-        scene.sphere([0, 0, 0], 0.5, "satin", keyframes=[{"time": 0, "translate": [0.6, 0.5, -1]},
-                                                         {"time": 1, "translate": [1.0, 0.5, -1]}]),
+        scene.sphere([0, 0, 0], 0.6, "clear",
+                     keyframes=scene.motion([-0.4, 0.6, 1], [0.3, 0.8, 1.2])),
+        scene.sphere([0, 0, 0], 0.5, "satin",
+                     keyframes=scene.motion([0.6, 0.5, -1], [1.0, 0.5, -1])),
     ]
     body = scene.build(
         WIDTH, HEIGHT, samples, objects, background=0.4, integrator="path",
@@ -48,8 +48,7 @@ def subject(samples, **image_keys):
                           focus_distance=5.4, shutter={"open": 0, "close": 1}),
         materials={"grey": scene.matte(0.6), "satin": scene.glossy(0.3, 0.8),
                    "clear": scene.glass(0.1), "red": {"type": "matte", "color": [0.7, 0.1, 0.1]}},
-        lights=[{"type": "rectangle", "corner": [-2, 4, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2],
-                 "radiance": [9, 9, 9]},
+        lights=[scene.panel([-2, 4, 1], [2, 0, 0], [0, 0, 2], 9),
                 {"type": "triangle", "vertices": [[2, 3, 0], [3.5, 3, -0.5], [3, 3, 1.5]],
                  "radiance": [6, 7, 9]}])
     body["image"].update(filter={"type": "gaussian", "width": 3}, **image_keys)
@@ -57,9 +56,10 @@ def subject(samples, **image_keys):
 
 
 def files(service, body, seconds=60):
+    """The image in all four formats, by extension."""
     render = service.submit(body)
     service.wait(render, seconds)
-    return {extension: service.image(render, extension) for extension in ("exr", "png", "hdr", "jpg")}
+    return {kind: service.image(render, kind) for kind in ("exr", "png", "hdr", "jpg")}
 
 
 def assert_same(found, wanted):
@@ -82,7 +82,7 @@ def wanted():
 @pytest.mark.parametrize("tile", [16, 48, 64])
 @pytest.mark.parametrize("processes", [1, 3])
 def test_tiles_and_processes(wanted, processes, tile):
-    """Broken by any state carried from pixel to pixel, and by sums whose order depends on who adds."""
+    """Broken by state carried from pixel to pixel, and by sums whose order depends on who adds."""
     with farm.Farm(processes, "--tile", tile) as service:
         for samples in (64, 5):
             assert_same(files(service, subject(samples)), wanted[samples])
@@ -90,7 +90,7 @@ def test_tiles_and_processes(wanted, processes, tile):
 
 @contextlib.contextmanager
 def killer(service, every=0.2):
-    """Kills a render process with SIGKILL at once and then every 200 ms; yields the times it did."""
+    """Kills a render process (SIGKILL) at once and then every 200 ms; yields the times."""
     kills, over = [], threading.Event()
 
     def run():
@@ -124,7 +124,7 @@ def test_killed_processes(wanted, samples):
 
 def test_killed_processes_for_seconds():
     """The same over a longer render, so that many units and their retries are hit."""
-    body = subject(2000)
+    body = subject(1000)
     with farm.Farm(2) as service:
         undisturbed = files(service, body, 120)
         with killer(service) as kills:
@@ -160,8 +160,8 @@ def test_repeats_in_each_instruction_set(wanted):
                 results.append(found)
         for samples in (5, 64):
             assert_same(results[1][samples], results[0][samples])
-            close = np.abs(image.read(results[0][samples]["exr"]) - image.read(wanted[samples]["exr"]))
-            assert np.median(close) < 1e-4
+            ours, theirs = (image.read(f[samples]["exr"]) for f in (results[0], wanted))
+            assert np.median(np.abs(ours - theirs)) < 1e-4
 
 
 def test_seed_matters(wanted):

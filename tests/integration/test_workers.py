@@ -18,8 +18,7 @@ def long_render(samples):
         [scene.floor(), scene.sphere([0, 1, 0], 1, "satin"), scene.sphere([2, 1, -1], 1, "clear")],
         camera=scene.look([0, 2, 7], [0, 1, 0], aperture_radius=0.1, focus_distance=7),
         materials={"white": scene.matte(0.7), "satin": scene.glossy(0.3), "clear": scene.glass(0)},
-        lights=[{"type": "rectangle", "corner": [-2, 5, 0], "edge_u": [3, 0, 0], "edge_v": [0, 0, 3],
-                 "radiance": [8, 8, 8]}], background=0.2)
+        lights=[scene.panel([-2, 5, 0], [3, 0, 0], [0, 0, 3], 8)], background=0.2)
     return body
 
 
@@ -173,7 +172,8 @@ def busy_ticks(pids):
     total = 0
     for pid in pids:
         if farm.alive(pid):
-            total += int(pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[11])
+            stat = pathlib.Path(f"/proc/{pid}/stat").read_text()
+            total += int(stat.rsplit(")", 1)[1].split()[11])
     return total
 
 
@@ -200,7 +200,7 @@ def test_cancel_stops_work_within_a_second(service):
 
 
 def test_a_spare_scene_process_waits(service):
-    """Broken by a pool that makes scene processes only when a scene is there: 10 ms and more late."""
+    """Broken by a pool that makes scene processes only when a scene is there: 10 ms late."""
     spare, = farm.wait_for(service.pools()[0].scenes, 5, "the spare scene process")
     assert farm.children(spare) == []
     render = started(service, 4000)

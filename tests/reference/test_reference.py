@@ -20,7 +20,7 @@ SCENES = sorted(path.stem for path in (HERE / "scenes").glob("*.json"))
 
 @pytest.mark.parametrize("name", SCENES)
 def test_agrees_with_cycles(name, tmp_path):
-    """Broken by a bias in any effect the scene shows: a wrong BSDF, light, lens, shutter, filter."""
+    """Broken by a bias in any effect the scene shows: BSDF, light, lens, shutter, filter."""
     output = tmp_path / f"{name}.exr"
     subprocess.run([farm.program("penumbra"), "render", HERE / "scenes" / f"{name}.json",
                     "-o", output, "--quiet"], check=True, timeout=120 * farm.SLOW)

@@ -6,9 +6,10 @@ over half vectors h (Walter, Marschner, Li, Torrance 2007, equations 20, 21 and 
 
     integral D(h) G2(i, o) |i.h| / |i.n| dh
 
-for reflection, times F or 1 - F for a dielectric; G2 is the separable form, as in Cycles 3.4. With tan^2(theta) = a^2 u / (1 - u) the measure
-D(h) (h.n) dh is du dphi / (2 pi). u = 1 - t^2 takes away the pole 1 / (h.n) at u = 1, so that a
-midpoint rule over t and phi is all that is needed; by symmetry half of all phi are enough.
+for reflection, times F or 1 - F for a dielectric; G2 is the separable form, as in Cycles 3.4. With
+tan^2(theta) = a^2 u / (1 - u) the measure D(h) (h.n) dh is du dphi / (2 pi). u = 1 - t^2 takes away
+the pole 1 / (h.n) at u = 1, so that a midpoint rule over t and phi is all that is needed; by
+symmetry half of all phi are enough.
 """
 import numpy as np
 

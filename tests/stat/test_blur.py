@@ -99,11 +99,6 @@ def streak(pixels_of, body, **camera):
     return (*moments(*covered), covered)
 
 
-def moving(distance, start, end, **times):
-    return ball(distance, keyframes=[{"time": times.get("first", 0), "translate": start},
-                                     {"time": times.get("last", 1), "translate": end}])
-
-
 @pytest.mark.parametrize("shutter, length, middle", [
     ({"open": 0, "close": 1}, 0.8, 0.0),
     ({"open": 0.25, "close": 0.5}, 0.2, -0.1),
@@ -115,7 +110,7 @@ def test_streak_of_a_moving_ball(pixels_of, shutter, length, middle):
     A uniform streak of length L has the variance L^2 / 12. The ball that is held still until 0
     spends 2/3 of its time at the start, the rest on a streak of half the way.
     """
-    body = moving(5, [-0.4, 0, 0], [0.4, 0, 0])
+    body = ball(5, keyframes=scene.motion([-0.4, 0, 0], [0.4, 0, 0]))
     center, variance, _ = streak(pixels_of, body, shutter=shutter)
     scale = PIXELS_PER_TANGENT / 5
     along = (variance[0] - own_variance(5)) / scale ** 2
@@ -141,11 +136,11 @@ def test_streak_of_a_moving_camera(pixels_of):
 
 
 def test_spin_sweeps_an_arc(pixels_of):
-    """Broken by interpolating positions where rotations are meant: a chord lies nearer the pivot."""
+    """Broken by interpolating positions instead of rotations: a chord lies nearer the pivot."""
     turn = math.radians(120)
+    turned = [0, 0, math.sin(turn / 2), math.cos(turn / 2)]
     body = scene.sphere(center=[0.5, 0, 0], radius=RADIUS, transform={"translate": [0, 0, -5]},
-                        keyframes=[{"time": 0, "rotate": [0, 0, 0, 1]},
-                                   {"time": 1, "rotate": [0, 0, math.sin(turn / 2), math.cos(turn / 2)]}])
+                        keyframes=scene.motion({"rotate": [0, 0, 0, 1]}, {"rotate": turned}))
     _, _, (covered, x, y) = streak(pixels_of, body)
     scale = PIXELS_PER_TANGENT / 5
     radius = np.hypot(x, y) / scale

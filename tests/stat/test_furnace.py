@@ -9,8 +9,7 @@ BODIES = {
     "sphere": scene.sphere(),
     "mesh": scene.box(0.7),
     "turned": scene.box(0.7, transform={"rotate": [0.1, 0.3, 0.2, 0.927], "scale": [1, 1.2, 0.8]}),
-    "moving": scene.sphere(keyframes=[{"time": 0, "translate": [-0.3, 0, 0]},
-                                      {"time": 1, "translate": [0.3, 0.2, 0]}]),
+    "moving": scene.sphere(keyframes=scene.motion([-0.3, 0, 0], [0.3, 0.2, 0])),
 }
 
 

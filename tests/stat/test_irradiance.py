@@ -63,8 +63,9 @@ CASES = {
 
 def radiance_at(pixels_of, light, point, integrator="distribution"):
     eye = [point[0], 0.3, point[2] + 6]
-    body = scene.build(32, 32, 256, [scene.floor(half=20)], camera=scene.look(eye, point, fov=0.01),
-                       lights=[{**light, "radiance": [RADIANCE] * 3}], integrator=integrator, depth=1)
+    body = scene.build(32, 32, 256, [scene.floor(half=20)], integrator=integrator, depth=1,
+                       camera=scene.look(eye, point, fov=0.01),
+                       lights=[{**light, "radiance": [RADIANCE] * 3}])
     return pixels_of(body).mean()
 
 
@@ -114,7 +115,7 @@ def points_on(name, u, v):
 
 @pytest.mark.parametrize("name", CASES)
 def test_closed_forms(name):
-    """Broken by a slip in a formula above: each must agree with an integral over the light's area."""
+    """Broken by a slip in a formula: each must agree with an integral over the light's area."""
     spots, normals, area = points_on(name, *np.random.default_rng(1).random((2, 1000000)))
     point = np.array([0.7, 0, -0.4])
     arms = point - spots

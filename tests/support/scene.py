@@ -36,7 +36,20 @@ def glass(roughness, ior=1.5, grey=1.0):
 
 
 def sphere(center=(0, 0, 0), radius=1.0, material="white", **more):
-    return {"type": "sphere", "material": material, "center": list(center), "radius": radius, **more}
+    return {"type": "sphere", "material": material, "center": list(center), "radius": radius,
+            **more}
+
+
+def motion(first, last):
+    """Keyframes of a second: two poses, or two positions."""
+    poses = [p if isinstance(p, dict) else {"translate": p} for p in (first, last)]
+    return [{"time": time, **pose} for time, pose in enumerate(poses)]
+
+
+def panel(corner, edge_u, edge_v, radiance):
+    """A rectangular light that shines towards edge_u x edge_v."""
+    return {"type": "rectangle", "corner": corner, "edge_u": edge_u, "edge_v": edge_v,
+            "radiance": [radiance] * 3}
 
 
 def floor(half=10.0, y=0.0, material="white", **more):

@@ -18,7 +18,7 @@ def renders():
 
 
 def ball_outline(scene, index, width, height):
-    """Pixel coordinates of a ball's centre, and its radius in pixels (its top edge faces the sky)."""
+    """A ball's centre and radius in pixels."""
     camera = scene["camera"]
     ball = [o for o in scene["objects"] if o["type"] == "sphere"][index]
     eye, target = np.array(camera["position"]), np.array(camera["look_at"])
