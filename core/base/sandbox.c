@@ -100,6 +100,7 @@ static const struct condition common_conditions[] = {
 
 /* getppid and seccomp: a render process binds itself to its parent and stacks its filter. */
 static const int scene_calls[] = {
+	SCMP_SYS(close_range),
 	SCMP_SYS(getppid),
 	SCMP_SYS(recvfrom),
 	SCMP_SYS(recvmsg),

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_WORKER_CONFIG_H
+#define PEN_WORKER_CONFIG_H
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/log.h"
+#include "core/base/sandbox.h"
+#include "core/render/render.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What the command line asks for. */
+struct pen_worker_config {
+	char host[PEN_NAME_MAX + 1];
+	char port[6];
+	char name[PEN_NAME_MAX + 1];
+	uint32_t processes; /* render processes */
+	enum pen_isa isa;
+	enum pen_sandbox_mode sandbox;
+	enum pen_log_level log_level;
+	int key_fd; /* -1 without */
+	bool parent_death;
+	bool help, version; /* asked for: print and leave */
+};
+
+/* PEN_EINVALID names the option and its cure. */
+int pen_worker_config_parse(
+	int argc, char **argv, struct pen_worker_config *ret_config, struct pen_error *err);
+
+const char *pen_worker_config_usage(void);
+
+#endif

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_WORKER_HOST_H
+#define PEN_WORKER_HOST_H
+
+#include "proto/msg.h"
+#include "worker/channel.h"
+#include "worker/config.h"
+#include "worker/zygote.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <uv.h>
+
+/*
+ * The pool's side of one scene process and of the render processes below it: one for each slot,
+ * started again when it ends. Nothing that comes from them is trusted: descriptors are never taken
+ * from them, processes are ended by what the kernel says who they are.
+ */
+struct pen_host;
+
+/* Any but lost may destroy the host. */
+struct pen_host_events {
+	/* The scene has been built, or (reason) cannot be. */
+	void (*ready)(void *user, struct pen_host *host);
+	void (*failed)(void *user, struct pen_host *host, const char *reason);
+	/* A slot takes an order now. */
+	void (*idle)(void *user, struct pen_host *host);
+	/* An order has been rendered; its pixels stay until the slot's next order. */
+	void (*done)(
+		void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer);
+	/* An order ends without pixels. */
+	void (*lost)(void *user, uint64_t lease, enum pen_fault fault, const char *reason);
+};
+
+/* id names the scene process to the zygote and is never used twice. */
+int pen_host_create(uv_loop_t *loop, const struct pen_zygote *zygote, uint32_t id,
+	const struct pen_worker_config *config, const struct pen_host_events *events, void *user,
+	struct pen_host **ret_host, struct pen_error *err);
+
+/* Ends its processes without a word. */
+void pen_host_destroy(struct pen_host *host);
+
+uint32_t pen_host_id(const struct pen_host *host);
+
+/* Gives it its scene, once; text is sealed memory and stays the caller's. */
+int pen_host_load(struct pen_host *host, int text, struct pen_error *err);
+
+bool pen_host_idle(const struct pen_host *host, uint32_t slot);
+
+/* Hands an order to an idle slot; false when its process is just ending. */
+bool pen_host_order(struct pen_host *host, uint32_t slot, const struct pen_order *order);
+
+/* Kills the slot's render process; its order ends without an event. */
+void pen_host_abort(struct pen_host *host, uint32_t slot);
+
+/* Samples finished of the slot's order. */
+uint64_t pen_host_progress(const struct pen_host *host, uint32_t slot);
+
+/* The pixels of the slot's last order; may still change under a reader. */
+const float *pen_host_pixels(const struct pen_host *host, uint32_t slot);
+
+/* Starts render processes that are due, and ends a scene process that hangs. Call it often. */
+void pen_host_tick(struct pen_host *host, int64_t now_ms);
+
+/* The scene process has ended: every order is lost to the same fault. Destroy the host next. */
+void pen_host_ended(struct pen_host *host, enum pen_fault fault, const char *reason);
+
+#endif
