@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/fake_jobs.h"
+
+#include "server/farm.h"
+#include "server/framebuf.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+enum { WIDTH = 40, HEIGHT = 24, TILE_PX = 16, JOBS_MAX = 256 };
+
+struct fake {
+	struct pen_job job;
+	uint32_t tiles; /* rendered: the first so many */
+};
+
+struct pen_jobs {
+	uv_loop_t *loop;
+	struct fake *fakes[JOBS_MAX]; /* by number */
+	size_t count;
+};
+
+static const char *const state_names[] = {
+	"queued", "running", "paused", "done", "failed", "cancelled"};
+
+const char *pen_job_state_name(enum pen_job_state state)
+{
+	return state_names[state];
+}
+
+bool pen_job_state_parse(const char *name, enum pen_job_state *ret_state)
+{
+	for (unsigned i = 0; i < 6; i++) {
+		if (strcmp(name, state_names[i]) == 0) {
+			*ret_state = (enum pen_job_state)i;
+			return true;
+		}
+	}
+	return false;
+}
+
+static void set_tiles(struct fake *fake, uint32_t tiles)
+{
+	fake->tiles = tiles;
+	fake->job.tiles_done = tiles;
+	fake->job.units_done = tiles;
+	fake->job.image_revision = tiles;
+	fake->job.revision++;
+}
+
+static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_state state)
+{
+	struct fake *fake = calloc(1, sizeof *fake);
+	struct pen_job *job = &fake->job;
+
+	assert(fake && jobs->count < JOBS_MAX);
+	(void)snprintf(job->id, sizeof job->id, "%s", id);
+	job->number = jobs->count;
+	job->state = state;
+	job->priority = 50;
+	job->width = WIDTH;
+	job->height = HEIGHT;
+	pen_tiling_init(&job->tiling, (struct pen_rect){0, 0, WIDTH, HEIGHT}, TILE_PX);
+	job->samples = 4;
+	job->units_total = job->tiling.count;
+	job->created_ms = 1700000000000;
+	job->eta_seconds = -1;
+	jobs->fakes[jobs->count++] = fake;
+	if (state == PEN_JOB_DONE)
+		set_tiles(fake, job->tiling.count);
+	else if (state != PEN_JOB_QUEUED && state != PEN_JOB_FAILED)
+		set_tiles(fake, job->tiling.count / 2);
+	if (state == PEN_JOB_FAILED)
+		(void)pen_error_set(&job->error, PEN_EINVALID, "tile 3 failed three times");
+	return fake;
+}
+
+struct pen_jobs *fake_jobs_create(uv_loop_t *loop)
+{
+	struct pen_jobs *jobs = calloc(1, sizeof *jobs);
+
+	assert(jobs);
+	jobs->loop = loop;
+	for (unsigned i = 0; i < 6; i++)
+		(void)add(jobs, state_names[i], (enum pen_job_state)i);
+	return jobs;
+}
+
+void fake_jobs_destroy(struct pen_jobs *jobs)
+{
+	for (size_t i = 0; i < jobs->count; i++) {
+		if (jobs->fakes[i])
+			free(jobs->fakes[i]->job.name);
+		free(jobs->fakes[i]);
+	}
+	free(jobs);
+}
+
+void fake_jobs_advance(struct pen_jobs *jobs)
+{
+	set_tiles(jobs->fakes[PEN_JOB_RUNNING], jobs->fakes[PEN_JOB_RUNNING]->tiles + 1);
+	set_tiles(jobs->fakes[PEN_JOB_QUEUED], 1);
+}
+
+/* What is told a turn of the loop later. */
+struct later {
+	uv_timer_t timer;
+	struct pen_jobs *jobs;
+	char id[PEN_JOB_ID_TEXT];
+	struct pen_error err;
+	pen_job_fn *fn;
+	void *user;
+};
+
+static void later_closed(uv_handle_t *handle)
+{
+	free(handle->data);
+}
+
+static void later_due(uv_timer_t *timer)
+{
+	struct later *later = timer->data;
+
+	later->fn(later->user, pen_jobs_find(later->jobs, later->id, NULL), &later->err);
+	uv_close((uv_handle_t *)timer, later_closed);
+}
+
+static void tell_later(struct pen_jobs *jobs, const char *id, int code, pen_job_fn *fn, void *user)
+{
+	struct later *later = calloc(1, sizeof *later);
+
+	assert(later);
+	later->jobs = jobs;
+	(void)snprintf(later->id, sizeof later->id, "%s", id);
+	if (code != 0)
+		(void)pen_error_set(&later->err, code, "the disk is broken");
+	later->fn = fn;
+	later->user = user;
+	(void)uv_timer_init(jobs->loop, &later->timer);
+	later->timer.data = later;
+	(void)uv_timer_start(&later->timer, later_due, 1, 0);
+}
+
+int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,
+	void *user, struct pen_error *err)
+{
+	const char *name = submission->name;
+	char id[PEN_JOB_ID_TEXT];
+	struct fake *fake;
+	int r = 0;
+
+	if (name && strcmp(name, "full") == 0)
+		r = pen_error_set(err, PEN_ELIMIT, "too many renders wait");
+	if (name && strcmp(name, "disk") == 0)
+		r = pen_error_set(err, PEN_ENOSPACE, "the disk is nearly full");
+	pen_scene_destroy(submission->scene);
+	free(submission->canonical);
+	if (r < 0)
+		return r;
+	if (name && strcmp(name, "broken") == 0) {
+		tell_later(jobs, "", PEN_EIO, fn, user);
+		return 0;
+	}
+	(void)snprintf(id, sizeof id, "new%zu", jobs->count);
+	fake = add(jobs, id, PEN_JOB_QUEUED);
+	fake->job.name = name ? strdup(name) : NULL;
+	fake->job.priority = submission->priority;
+	tell_later(jobs, id, 0, fn, user);
+	return 0;
+}
+
+int pen_jobs_set_state(struct pen_jobs *jobs, struct pen_job *job, enum pen_job_state state,
+	pen_job_fn *fn, void *user, struct pen_error *err)
+{
+	if (job->state == PEN_JOB_DONE || job->state == PEN_JOB_FAILED ||
+		job->state == PEN_JOB_CANCELLED)
+		return pen_error_set(err, PEN_ECONFLICT, "the render is over");
+	job->state = state;
+	job->revision++;
+	tell_later(jobs, job->id, 0, fn, user);
+	return 0;
+}
+
+int pen_jobs_set_priority(struct pen_jobs *jobs, struct pen_job *job, uint32_t priority,
+	pen_job_fn *fn, void *user, struct pen_error *err)
+{
+	(void)err;
+	job->priority = priority;
+	job->revision++;
+	tell_later(jobs, job->id, 0, fn, user);
+	return 0;
+}
+
+int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, void *user,
+	struct pen_error *err)
+{
+	struct fake **place = &jobs->fakes[job->number];
+
+	(void)err;
+	free(job->name);
+	free(*place);
+	*place = NULL;
+	tell_later(jobs, "", 0, fn, user);
+	return 0;
+}
+
+struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed)
+{
+	if (ret_removed)
+		*ret_removed = strcmp(id, "removed") == 0;
+	for (size_t i = 0; i < jobs->count; i++) {
+		if (jobs->fakes[i] && strcmp(jobs->fakes[i]->job.id, id) == 0)
+			return &jobs->fakes[i]->job;
+	}
+	return NULL;
+}
+
+struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
+{
+	size_t i = before < jobs->count ? (size_t)before : jobs->count;
+
+	while (i > 0) {
+		if (jobs->fakes[--i])
+			return &jobs->fakes[i]->job;
+	}
+	return NULL;
+}
+
+int pen_jobs_open_image(
+	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err)
+{
+	static const float grey[PEN_CHANNELS] = {2.0f, 2.0f, 2.0f, 4.0f};
+	size_t slot = pen_framebuf_slot_bytes(job->tiling.tile_px);
+	size_t floats = slot / sizeof(float);
+	float *pixels = calloc(job->tiling.count, slot);
+	int fd = memfd_create("framebuffer", MFD_CLOEXEC);
+
+	(void)jobs, (void)err;
+	assert(pixels && fd >= 0);
+	for (size_t i = 0; i < job->image_revision * floats; i++)
+		pixels[i] = grey[i % PEN_CHANNELS];
+	if (write(fd, pixels, job->tiling.count * slot) != (ssize_t)(job->tiling.count * slot))
+		abort();
+	free(pixels);
+	*ret_fd = fd;
+	return 0;
+}
+
+/* A farm of one worker. */
+
+const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t after)
+{
+	static char name[] = "one", address[] = "127.0.0.1:4711", class[] = "1/avx2",
+		    version[] = "0";
+	static const struct pen_worker worker = {
+		.id = 7,
+		.name = name,
+		.address = address,
+		.processes = 2,
+		.equivalence_class = class,
+		.version = version,
+		.units_done = 12,
+		.samples_per_second = 1000.0,
+	};
+
+	(void)farm;
+	return after < worker.id ? &worker : NULL;
+}
+
+uint64_t pen_farm_queue_depth(const struct pen_farm *farm)
+{
+	(void)farm;
+	return 5;
+}
+
+const char *pen_farm_why_waiting(const struct pen_farm *farm)
+{
+	(void)farm;
+	return "";
+}
