@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/config.h"
+
+#include "core/base/limits.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <uv.h>
+
+const char pen_config_usage[] =
+	"usage: penumbra serve [OPTION]...\n"
+	"Run the coordinator, with a farm on this machine.\n"
+	"\n"
+	"  --listen ADDR:PORT         HTTP (127.0.0.1:8080; port 0: any free one)\n"
+	"  --worker-listen ADDR:PORT  workers (127.0.0.1:8081)\n"
+	"  --data DIR                 renders and scenes ($XDG_STATE_HOME/penumbra, or\n"
+	"                             ~/.local/state/penumbra)\n"
+	"  --processes N              render processes here (one for each core; 0: none)\n"
+	"  --isa v2|v3|v4             instruction set of the local farm (the best there is)\n"
+	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
+	"  --log-level LEVEL          error, warning, info or debug (info)\n"
+	"  --parent-death             end when the process that started this one does\n"
+	"  --help                     print this\n"
+	"\n"
+	"Both addresses must be of this machine (loopback). They are printed when the\n"
+	"coordinator is ready, and written to DIR/ports.\n";
+
+static const char *const level_names[] = {"error", "warning", "info", "debug"};
+
+const char *pen_config_log_level_name(enum pen_log_level level)
+{
+	return level_names[level];
+}
+
+static int parse_number(const char *text, uint32_t max, uint32_t *ret_number)
+{
+	char *end;
+	unsigned long number;
+
+	errno = 0;
+	number = strtoul(text, &end, 10);
+	if (errno != 0 || *text < '0' || *text > '9' || *end != '\0' || number > max)
+		return -1;
+	*ret_number = (uint32_t)number;
+	return 0;
+}
+
+static int parse_host(const char *host, uint16_t port, struct sockaddr_storage *ret_address)
+{
+	struct sockaddr_in *ip4 = (struct sockaddr_in *)ret_address;
+	struct sockaddr_in6 *ip6 = (struct sockaddr_in6 *)ret_address;
+
+	memset(ret_address, 0, sizeof *ret_address);
+	if (strcmp(host, "localhost") == 0)
+		host = "127.0.0.1";
+	if (uv_ip4_addr(host, port, ip4) == 0)
+		return 0;
+	return uv_ip6_addr(host, port, ip6);
+}
+
+static bool is_loopback(const struct sockaddr_storage *address)
+{
+	if (address->ss_family == AF_INET6)
+		return IN6_IS_ADDR_LOOPBACK(&((const struct sockaddr_in6 *)address)->sin6_addr);
+	return ntohl(((const struct sockaddr_in *)address)->sin_addr.s_addr) >> 24 == 127;
+}
+
+/* "127.0.0.1:8080", "[::1]:8080", "localhost:0" */
+static int parse_address(const char *option, const char *text, struct sockaddr_storage *ret_address,
+	struct pen_error *err)
+{
+	const char *colon = strrchr(text, ':');
+	char host[INET6_ADDRSTRLEN + 2];
+	size_t length = colon ? (size_t)(colon - text) : 0;
+	const char *begin = text;
+	uint32_t port;
+
+	if (length >= 2 && begin[0] == '[' && begin[length - 1] == ']') {
+		begin++;
+		length -= 2;
+	}
+	if (!colon || length == 0 || length >= sizeof host ||
+		parse_number(colon + 1, UINT16_MAX, &port) < 0)
+		return pen_error_set(err, PEN_EINVALID, "--%s takes ADDRESS:PORT", option);
+	memcpy(host, begin, length);
+	host[length] = '\0';
+	if (parse_host(host, (uint16_t)port, ret_address) != 0)
+		return pen_error_set(err, PEN_EINVALID,
+			"--%s takes a numeric address, as in 127.0.0.1:8080", option);
+	if (!is_loopback(ret_address))
+		return pen_error_set(err, PEN_EINVALID,
+			"--%s takes a loopback address only (127.0.0.1 or [::1]): this version "
+			"has no keys yet to protect an open port",
+			option);
+	return 0;
+}
+
+static int parse_level(const char *text, enum pen_log_level *ret_level, struct pen_error *err)
+{
+	for (size_t i = 0; i < sizeof level_names / sizeof *level_names; i++) {
+		if (strcmp(text, level_names[i]) != 0)
+			continue;
+		*ret_level = (enum pen_log_level)i;
+		return 0;
+	}
+	return pen_error_set(err, PEN_EINVALID, "--log-level takes error, warning, info or debug");
+}
+
+static int parse_isa(const char *text, const char **ret_isa, struct pen_error *err)
+{
+	if (strcmp(text, "v2") != 0 && strcmp(text, "v3") != 0 && strcmp(text, "v4") != 0)
+		return pen_error_set(err, PEN_EINVALID, "--isa takes v2, v3 or v4");
+	*ret_isa = text;
+	return 0;
+}
+
+static int parse_tile(const char *text, uint32_t *ret_tile_px, struct pen_error *err)
+{
+	uint32_t tile_px;
+
+	if (parse_number(text, PEN_TILE_SIDE_MAX, &tile_px) < 0 || tile_px < 16 ||
+		tile_px % 16 != 0)
+		return pen_error_set(err, PEN_EINVALID,
+			"--tile takes a multiple of 16 from 16 to %u", PEN_TILE_SIDE_MAX);
+	*ret_tile_px = tile_px;
+	return 0;
+}
+
+static int parse_data(const char *text, struct pen_config *config, struct pen_error *err)
+{
+	if (text[0] == '\0' || snprintf(config->data_dir, sizeof config->data_dir, "%s", text) >=
+				       (int)sizeof config->data_dir - 128)
+		return pen_error_set(err, PEN_EINVALID, "--data takes a directory");
+	return 0;
+}
+
+static int fill_default_data(struct pen_config *config, struct pen_error *err)
+{
+	const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
+	char path[PATH_MAX];
+
+	if (state && state[0] == '/')
+		(void)snprintf(path, sizeof path, "%s/penumbra", state);
+	else if (home && home[0] == '/')
+		(void)snprintf(path, sizeof path, "%s/.local/state/penumbra", home);
+	else
+		return pen_error_set(
+			err, PEN_EINVALID, "there is no HOME: name a directory with --data");
+	return parse_data(path, config, err);
+}
+
+enum { LISTEN = 1, WORKER_LISTEN, DATA, PROCESSES, ISA, TILE, LOG_LEVEL, PARENT_DEATH, HELP };
+
+static const struct option options[] = {
+	{"listen", required_argument, NULL, LISTEN},
+	{"worker-listen", required_argument, NULL, WORKER_LISTEN},
+	{"data", required_argument, NULL, DATA},
+	{"processes", required_argument, NULL, PROCESSES},
+	{"isa", required_argument, NULL, ISA},
+	{"tile", required_argument, NULL, TILE},
+	{"log-level", required_argument, NULL, LOG_LEVEL},
+	{"parent-death", no_argument, NULL, PARENT_DEATH},
+	{"help", no_argument, NULL, HELP},
+	{NULL, 0, NULL, 0},
+};
+
+static int parse_option(
+	struct pen_config *config, int option, const char *value, struct pen_error *err)
+{
+	switch (option) {
+	case LISTEN: return parse_address("listen", value, &config->listen, err);
+	case WORKER_LISTEN:
+		return parse_address("worker-listen", value, &config->worker_listen, err);
+	case DATA: return parse_data(value, config, err);
+	case PROCESSES:
+		if (parse_number(value, PEN_PROCESSES_MAX, &config->processes) < 0)
+			return pen_error_set(err, PEN_EINVALID,
+				"--processes takes a number from 0 to %u", PEN_PROCESSES_MAX);
+		return 0;
+	case ISA: return parse_isa(value, &config->isa, err);
+	case TILE: return parse_tile(value, &config->tile_px, err);
+	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
+	case PARENT_DEATH: config->parent_death = true; return 0;
+	case HELP: config->help = true; return 0;
+	case ':': return pen_error_set(err, PEN_EINVALID, "an option lacks its value");
+	default: return pen_error_set(err, PEN_EINVALID, "there is no such option");
+	}
+}
+
+int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err)
+{
+	struct pen_config config = {.log_level = PEN_LOG_INFO};
+	unsigned cores = uv_available_parallelism();
+	int option, r = 0;
+
+	config.processes = cores < PEN_PROCESSES_MAX ? cores : PEN_PROCESSES_MAX;
+	(void)parse_host("127.0.0.1", 8080, &config.listen);
+	(void)parse_host("127.0.0.1", 8081, &config.worker_listen);
+	optind = 1;
+	while (r == 0 && (option = getopt_long(argc, argv, ":", options, NULL)) != -1)
+		r = parse_option(&config, option, optarg, err);
+	if (r == 0 && optind < argc)
+		r = pen_error_set(err, PEN_EINVALID, "serve takes options only");
+	if (r == 0 && config.data_dir[0] == '\0')
+		r = fill_default_data(&config, err);
+	if (r == 0)
+		*ret_config = config;
+	return r;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_CONFIG_H
+#define PEN_SERVER_CONFIG_H
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+
+#include <limits.h>
+#include <netinet/in.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What `penumbra serve` was told on its command line, defaults filled in. */
+struct pen_config {
+	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
+	char data_dir[PATH_MAX];
+	uint32_t processes; /* of the local worker; 0: none is started */
+	const char *isa;    /* of the local worker, from argv; NULL: its best */
+	uint32_t tile_px;   /* 0: chosen for each image */
+	enum pen_log_level log_level;
+	bool parent_death;
+	bool help;
+};
+
+/* The text of --help. */
+extern const char pen_config_usage[];
+
+/* PEN_EINVALID names the option and what it takes. */
+int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err);
+
+/* "error", "warning", "info", "debug", as --log-level takes it. */
+const char *pen_config_log_level_name(enum pen_log_level level);
+
+#endif

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server/loop.h"
+
+#include "server/data_dir.h"
+#include "server/dispatch.h"
+#include "server/durable.h"
+#include "server/encode.h"
+#include "server/farm.h"
+#include "server/http.h"
+#include "server/job.h"
+#include "server/sibling.h"
+#include "server/spawn.h"
+#include "server/store.h"
+
+#include <arpa/inet.h>
+#include <assert.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include <uv.h>
+
+enum { SIGNALS = 2 };
+
+struct pen_server {
+	uv_loop_t loop;
+	uv_signal_t signals[SIGNALS];
+	const struct pen_config *config;
+	struct pen_data_dir data;
+	struct pen_store *store;
+	struct pen_dispatch *dispatch;
+	struct pen_jobs *jobs;
+	struct pen_farm *farm;
+	struct pen_encoders *encoders;
+	struct pen_http *http;
+	struct pen_spawn *spawn;
+	bool stopping;
+	struct pen_error failure; /* code < 0: why it had to stop */
+};
+
+/* In an order that leaves nobody calling what has gone; the loop then runs dry. */
+static void stop(struct pen_server *server)
+{
+	if (server->stopping)
+		return;
+	server->stopping = true;
+	if (server->http)
+		pen_http_drain(server->http);
+	if (server->dispatch)
+		pen_dispatch_stop(server->dispatch);
+	if (server->jobs)
+		pen_jobs_close(server->jobs);
+	pen_farm_destroy(server->farm);
+	pen_spawn_destroy(server->spawn);
+	pen_store_destroy(server->store);
+	pen_encoders_destroy(server->encoders);
+	pen_http_destroy(server->http);
+	pen_jobs_destroy(server->jobs);
+	for (int i = 0; i < SIGNALS; i++)
+		uv_unref((uv_handle_t *)&server->signals[i]);
+}
+
+static void handle_signal(uv_signal_t *handle, int number)
+{
+	struct pen_server *server = handle->data;
+
+	if (server->stopping)
+		_exit(128 + number);
+	pen_log(PEN_LOG_INFO, "stopping");
+	stop(server);
+}
+
+static void handle_broken(void *user, const struct pen_error *err)
+{
+	struct pen_server *server = user;
+
+	/* The store is in the middle of an answer: out of its way. */
+	server->failure = *err;
+	(void)kill(getpid(), SIGTERM);
+}
+
+static void start_signals(struct pen_server *server)
+{
+	static const int numbers[SIGNALS] = {SIGTERM, SIGINT};
+
+	(void)signal(SIGPIPE, SIG_IGN);
+	for (int i = 0; i < SIGNALS; i++) {
+		(void)uv_signal_init(&server->loop, &server->signals[i]);
+		server->signals[i].data = server;
+		(void)uv_signal_start(&server->signals[i], handle_signal, numbers[i]);
+	}
+}
+
+static int start_jobs(struct pen_server *server, struct pen_error *err)
+{
+	const struct pen_config *config = server->config;
+	struct pen_jobs_options jobs = {
+		.data_dir = server->data.path,
+		.processes = config->processes,
+		.tile_px = config->tile_px,
+		.broken = handle_broken,
+		.user = server,
+	};
+	struct pen_farm_options farm = {
+		.address = config->worker_listen,
+		.scenes_dir = server->data.scenes,
+	};
+	int r = pen_store_create(&server->loop, server->data.path, &server->store, err);
+
+	if (r == 0)
+		r = pen_dispatch_create(&server->dispatch, err);
+	jobs.store = server->store;
+	jobs.dispatch = farm.dispatch = server->dispatch;
+	if (r == 0)
+		r = pen_farm_create(&server->loop, &farm, &server->farm, err);
+	if (r == 0)
+		r = pen_jobs_create(&server->loop, &jobs, &server->jobs, err);
+	return r;
+}
+
+static int start_http(struct pen_server *server, struct pen_error *err)
+{
+	struct pen_http_options options = {
+		.address = server->config->listen,
+		.jobs = server->jobs,
+		.farm = server->farm,
+	};
+	char encoder[PATH_MAX];
+	int r;
+
+	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
+	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
+	if (r < 0)
+		return r;
+	options.encoders = server->encoders;
+	return pen_http_create(&server->loop, &options, &server->http, err);
+}
+
+/* The address as one writes it before ":PORT". */
+static const char *host_of(const struct sockaddr_storage *address, char *ret_host, size_t size)
+{
+	char name[INET6_ADDRSTRLEN] = "";
+
+	(void)uv_ip_name((const struct sockaddr *)address, name, sizeof name);
+	(void)snprintf(ret_host, size, address->ss_family == AF_INET6 ? "[%s]" : "%s", name);
+	return ret_host;
+}
+
+static int start_worker(struct pen_server *server, const char *host, struct pen_error *err)
+{
+	struct pen_spawn_options options = {
+		.farm = server->farm,
+		.host = host,
+		.processes = server->config->processes,
+		.isa = server->config->isa,
+		.log_level = server->config->log_level,
+	};
+
+	if (options.processes == 0)
+		return 0;
+	return pen_spawn_create(&server->loop, &options, &server->spawn, err);
+}
+
+static int announce(struct pen_server *server, const char *worker_host, struct pen_error *err)
+{
+	unsigned http = pen_http_port(server->http), workers = pen_farm_port(server->farm);
+	char ports[64], host[INET6_ADDRSTRLEN + 2];
+	int size =
+		snprintf(ports, sizeof ports, "{\"http\": %u, \"workers\": %u}\n", http, workers);
+	int r = pen_durable_write(server->data.path, "ports", ports, (size_t)size, err);
+
+	if (r < 0)
+		return r;
+	(void)printf("penumbra: http://%s:%u, workers %s:%u\npenumbra: ready\n",
+		host_of(&server->config->listen, host, sizeof host), http, worker_host, workers);
+	(void)fflush(stdout);
+	return 0;
+}
+
+int pen_server_run(const struct pen_config *config, struct pen_error *err)
+{
+	struct pen_server server = {.config = config, .failure = PEN_ERROR_INIT};
+	char worker_host[INET6_ADDRSTRLEN + 2];
+	int r = pen_data_dir_open(&server.data, config->data_dir, err), closed;
+
+	if (r < 0)
+		return r;
+	(void)uv_loop_init(&server.loop);
+	start_signals(&server);
+	(void)host_of(&config->worker_listen, worker_host, sizeof worker_host);
+	r = start_jobs(&server, err);
+	if (r == 0)
+		r = start_http(&server, err);
+	if (r == 0)
+		r = start_worker(&server, worker_host, err);
+	if (r == 0)
+		r = announce(&server, worker_host, err);
+	if (r < 0)
+		stop(&server);
+	(void)uv_run(&server.loop, UV_RUN_DEFAULT);
+
+	/* Only the signals are left. */
+	for (int i = 0; i < SIGNALS; i++)
+		uv_close((uv_handle_t *)&server.signals[i], NULL);
+	(void)uv_run(&server.loop, UV_RUN_DEFAULT);
+	closed = uv_loop_close(&server.loop);
+	assert(closed == 0); /* no handle is left */
+	pen_dispatch_destroy(server.dispatch);
+	pen_data_dir_close(&server.data);
+	if (r == 0 && server.failure.code < 0) {
+		*err = server.failure;
+		r = err->code;
+	}
+	return r;
+}
