@@ -25,6 +25,7 @@ test_packages=(
     git                         # the lint tests ask it for the tree's files
     python3 python3-pytest      # end-to-end, statistical and lint tests
     python3-numpy               # images and closed forms in the tests
+    python3-jsonschema          # the schema of the scene format against the parser
     python3-openimageio         # reads back what the program wrote
     libcmocka-dev               # unit tests in C
     curl                        # README's walk-through, and a client that is not ours
