@@ -7,6 +7,9 @@
 /* Below this a sine or cosine is taken for zero: directions in a line, edges at a right angle. */
 #define ANGLE_EPSILON 1e-6
 
+/* Vectors and quaternions that are shorter count as zero: their squares lose their digits. */
+#define LENGTH_MIN 1e-15
+
 static double dot(const double *a, const double *b)
 {
 	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -32,22 +35,23 @@ static void cross(const double *a, const double *b, double *ret_product)
 	}
 }
 
-/* Whether two vectors lie in one line, or one of them is zero. */
+/* Whether two vectors lie in one line, as a zero vector does with any other. */
 static bool collinear(const double *a, const double *b)
 {
-	double product[3];
+	double product[3], area = length(a) * length(b);
 
 	cross(a, b, product);
-	return length(product) <= ANGLE_EPSILON * length(a) * length(b);
+	return length(a) < LENGTH_MIN || length(b) < LENGTH_MIN ||
+	       length(product) <= ANGLE_EPSILON * area;
 }
 
 static bool normalise(double *vector)
 {
 	double size = length(vector);
 
-	for (size_t i = 0; size > 0 && i < 3; i++)
+	for (size_t i = 0; i < 3; i++)
 		vector[i] /= size;
-	return size > 0;
+	return size >= LENGTH_MIN;
 }
 
 static void refuse_member(struct pen_reader *reader, const struct pen_place *at, json_t *object,
@@ -76,8 +80,7 @@ void pen_check_image(
 	}
 	if (!pen_rect_valid(d->crop) || !pen_rect_contains(full, d->crop))
 		refuse_member(reader, at, image, "crop",
-			"must be left, top, right, bottom of a rectangle within the image, not "
-			"empty");
+			"must be left, top, right, bottom of a rectangle within the image");
 }
 
 void pen_check_shutter(
@@ -183,15 +186,12 @@ void pen_check_camera(
 void pen_check_pose(struct pen_reader *reader, const struct pen_place *at, json_t *pose, void *desc)
 {
 	struct pen_pose *d = desc;
-	double size = 0;
+	double size = sqrt(dot(d->rotate, d->rotate) + d->rotate[3] * d->rotate[3]);
 	bool singular = false;
 
 	for (size_t i = 0; i < 4; i++)
-		size += d->rotate[i] * d->rotate[i];
-	if (size > 0)
-		for (size_t i = 0; i < 4; i++)
-			d->rotate[i] /= sqrt(size);
-	else
+		d->rotate[i] /= size;
+	if (!(size >= LENGTH_MIN))
 		refuse_member(reader, at, pose, "rotate", "must not be zero");
 	for (size_t i = 0; i < 3; i++)
 		singular |= fabs(d->scale[i]) < PEN_SCALE_MIN;
@@ -266,9 +266,9 @@ void pen_check_rectangle(
 	const struct pen_light_desc *d = desc;
 	const double *u = d->u.rectangle.edge_u, *v = d->u.rectangle.edge_v;
 
-	if (length(u) == 0)
+	if (length(u) < LENGTH_MIN)
 		refuse_member(reader, at, light, "edge_u", "must not be zero");
-	if (length(v) == 0)
+	if (length(v) < LENGTH_MIN)
 		refuse_member(reader, at, light, "edge_v", "must not be zero");
 	if (fabs(dot(u, v)) > ANGLE_EPSILON * length(u) * length(v))
 		refuse_member(reader, at, light, "edge_v",

@@ -96,6 +96,7 @@ static const struct pen_variant *find_variant(struct pen_reader *reader, const s
 	for (const struct pen_variant *v = items; v->name; v++)
 		used += (size_t)snprintf(
 			names + used, sizeof names - used, "%s%s", v == items ? "" : ", ", v->name);
+	assert(used < sizeof names);
 	pen_reader_refuse(reader, at, "must be one of %s", names);
 	return NULL;
 }

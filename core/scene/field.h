@@ -20,7 +20,7 @@ enum pen_kind {
 	PEN_KIND_CHOICE,  /* enum, by its name in choices, whose tables are not used */
 	PEN_KIND_TABLE,	  /* object with the members of table, described in place */
 	PEN_KIND_VARIANT, /* object whose tag member chooses the table */
-	PEN_KIND_LIST,	  /* array of objects */
+	PEN_KIND_LIST,	  /* array of objects: the address of the first, and their number */
 	PEN_KIND_READ,	  /* whatever read makes of it */
 	PEN_KIND_LATER	  /* in the format, but not offered yet */
 };
@@ -46,10 +46,8 @@ struct pen_field {
 	pen_read_fn *read;
 };
 
-#define PEN_REQUIRED ""		    /* absence is an offence */
-#define PEN_ABSENT   ((char *)NULL) /* absence has its own meaning and stays */
-
-#define PEN_NOWHERE SIZE_MAX
+#define PEN_REQUIRED ""	  /* absence is an offence */
+#define PEN_ABSENT   NULL /* absence has its own meaning and stays */
 
 struct pen_table {
 	const struct pen_field *fields;
@@ -63,18 +61,19 @@ struct pen_variant {
 	const struct pen_table *table; /* NULL: in the format, but not offered yet */
 };
 
+#define PEN_NOWHERE SIZE_MAX
+
 struct pen_variants {
 	const char *tag;
-	const char *fallback; /* as in pen_field */
+	const char *fallback; /* the default's name, or PEN_REQUIRED */
 	size_t offset;	      /* of the enum, or PEN_NOWHERE */
 	const struct pen_variant *items;
 };
 
-/* Elements of size bytes, described by table or by variants; offsets of array and uint32_t count.
- */
+/* At most max elements of size bytes, each described by table or else by variants. */
 struct pen_list {
 	size_t size, max;
-	size_t count_offset;
+	size_t count_offset; /* of a uint32_t in the description that has the array's address */
 	const struct pen_table *table;
 	const struct pen_variants *variants;
 };

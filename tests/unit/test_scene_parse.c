@@ -328,6 +328,8 @@ static const struct offence offences[] = {
 		"/objects/0/transform/scale", "smaller"},
 	{",\"objects\":[{\"type\":\"sphere\",\"transform\":{\"rotate\":[0,0,0,0]}}]",
 		"/objects/0/transform/rotate", "zero"},
+	{",\"objects\":[{\"type\":\"sphere\",\"transform\":{\"rotate\":[0,1e-162,0,0]}}]",
+		"/objects/0/transform/rotate", "zero"},
 	{KEYS("\"scale\":[1,1,1]", "\"scale\":[0,1,1]"), "/objects/0/keyframes/1/scale", "smaller"},
 	{KEYS("\"scale\":[1,1,1]", "\"scale\":[1,1,-1]"), "/objects/0/keyframes/1/scale", "sign"},
 	{KEYS("\"rotate\":[0,0,0,1]", "\"rotate\":[0,5,0,0]"), "/objects/0/keyframes/1/rotate",
@@ -417,6 +419,7 @@ static void each_offence_is_named(void **state)
 static void each_offence_of_the_image_is_named(void **state)
 {
 	static const struct offence images[] = {
+		{"[]", "", "must be an object"},
 		{"{}", "/version", "is missing"},
 		{"{\"version\":1}", "/image", "is missing"},
 		{"{\"version\":2,\"image\":{\"width\":1,\"height\":1}}", "/version", "must be 1"},
@@ -431,7 +434,7 @@ static void each_offence_of_the_image_is_named(void **state)
 		{"{\"version\":1,\"image\":{\"width\":4,\"height\":4,\"crop\":[0,0,5,4]}}",
 			"/image/crop", "within"},
 		{"{\"version\":1,\"image\":{\"width\":4,\"height\":4,\"crop\":[2,0,2,4]}}",
-			"/image/crop", "not empty"},
+			"/image/crop", "rectangle"},
 		{"{\"version\":1,\"image\":{\"width\":4,\"height\":4,\"crop\":[0,0,1.5,4]}}",
 			"/image/crop/2", "whole number"},
 		{"{\"version\":1,\"image\":{\"width\":4,\"height\":4,\"filter\":{\"width\":0}}}",
