@@ -17,7 +17,7 @@ float random_next(struct random_numbers *numbers);
 
 /*
  * A way to sample directions and the density by solid angle that it claims. sample may lose a
- * direction (false); then the density must integrate to one less the lost share.
+ * direction (false).
  */
 struct direction_case {
 	const char *name;
@@ -28,9 +28,9 @@ struct direction_case {
 };
 
 /*
- * Pearson's chi-squared test of a million samples in 800 bins around the axis; fails the
- * running test, with the name, below a probability of 1e-4. Also fails when the density
- * integrates to more than one.
+ * Pearson's chi-squared test of 300,000 samples in 800 bins around the axis; fails the
+ * running test, with the name, below a probability of 1e-4. Also fails when
+ * the density does not integrate to one less the lost share.
  */
 void assert_directions(const struct direction_case *test);
 
