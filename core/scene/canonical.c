@@ -69,7 +69,7 @@ static void decimal_round(struct decimal *d, double number, int count)
 	d->count = count;
 	d->digits[0] = text[0];
 	memcpy(d->digits + 1, text + 2, (size_t)count - 1);
-	d->exponent = atoi(strchr(text, 'e') + 1) + 1;
+	d->exponent = (int)strtol(strchr(text, 'e') + 1, NULL, 10) + 1;
 }
 
 static void decimal_init(struct decimal *d, double number)

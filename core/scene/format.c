@@ -32,7 +32,7 @@ static const struct pen_range cone = {0.01, 180};
 
 /* Rows; the default comes last. */
 #define ROW(key_, kind_, offset_, fallback_)                                                       \
-	.key = key_, .kind = PEN_KIND_##kind_, .offset = offset_, .fallback = fallback_
+	.key = (key_), .kind = PEN_KIND_##kind_, .offset = (offset_), .fallback = (fallback_)
 #define NUMBER(key, type, member, range_, fallback)                                                \
 	ROW(key, NUMBER, OF(type, member), fallback), .range = &range_
 #define INTEGER(key, type, member, range_, fallback)                                               \
