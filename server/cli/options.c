@@ -92,6 +92,11 @@ static bool processes_valid(const char *text)
 	return numbers_parse(text, '\0', 1, &count) && count >= 1 && count <= PEN_PROCESSES_MAX;
 }
 
+static bool isa_valid(const char *text)
+{
+	return strcmp(text, "v2") == 0 || strcmp(text, "v3") == 0 || strcmp(text, "v4") == 0;
+}
+
 /* False: the value is no value of the option. */
 static bool option_read(struct pen_options *options, int option, const char *value)
 {
@@ -101,7 +106,7 @@ static bool option_read(struct pen_options *options, int option, const char *val
 	case PEN_OPTION_QUIET: options->quiet = true; return true;
 	case PEN_OPTION_OUTPUT: return output_add(options, value);
 	case PEN_OPTION_PROCESSES: options->processes = value; return processes_valid(value);
-	case PEN_OPTION_ISA: options->isa = value; return true;
+	case PEN_OPTION_ISA: options->isa = value; return isa_valid(value);
 	default: return override_read(options, option, value);
 	}
 }
@@ -111,6 +116,7 @@ static const char *expected(int option)
 	switch (option) {
 	case PEN_OPTION_OUTPUT: return "at most 8 files, each .png, .exr, .jpg or .hdr";
 	case PEN_OPTION_PROCESSES: return "a number from 1 to 256";
+	case PEN_OPTION_ISA: return "v2, v3 or v4";
 	case PEN_OPTION_SIZE: return "WIDTHxHEIGHT in pixels";
 	case PEN_OPTION_CROP: return "LEFT,TOP,RIGHT,BOTTOM in pixels";
 	case PEN_OPTION_SERVER: return "a URL";

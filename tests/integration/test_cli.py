@@ -5,7 +5,6 @@ import os
 import signal
 import socket
 import subprocess
-import threading
 import time
 
 import pytest
@@ -54,6 +53,7 @@ def test_the_command_lists_its_commands_and_tells_its_version():
     (("render", "x.json"), "-o FILE is missing"),
     (("render", "x.json", "-o", "x.gif"), ".png, .exr, .jpg or .hdr"),
     (("render", "x.json", "-o", "x.png", "--processes", "0"), "from 1 to 256"),
+    (("render", "x.json", "-o", "x.png", "--isa", "v9"), "v2, v3 or v4"),
 ])
 def test_wrong_usage_is_explained(arguments, complaint):
     run = penumbra(*arguments)
@@ -221,8 +221,7 @@ def test_ctrl_c_ends_a_request_that_gets_no_answer():
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"http://127.0.0.1:{silent.getsockname()[1]}"
         status = subprocess.Popen([program("penumbra"), "status", "--server", url])
-        accepted = threading.Thread(target=silent.accept)
-        accepted.start()
-        accepted.join(10)
+        connection, _ = silent.accept()
         status.send_signal(signal.SIGINT)
         assert status.wait(5) == 130
+        connection.close()

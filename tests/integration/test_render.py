@@ -110,7 +110,6 @@ def test_a_refused_scene_leaves_nothing(place):
     (("nowhere.json", "-o", "out.png"), 1),
     (("small.json", "-o", "nowhere/out.png"), 1),
     (("small.json", "-o", "out.png", "--size", "0x10"), 4),
-    (("small.json", "-o", "out.png", "--isa", "v9"), 1),
 ])
 def test_failures_have_a_reason_and_leave_nothing(place, arguments, code):
     before = names(place)

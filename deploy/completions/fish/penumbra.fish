@@ -14,5 +14,6 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l data -r
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "error warning info debug"
 complete -c penumbra -l json -d "print JSON"
 complete -c penumbra -l help
