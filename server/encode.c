@@ -199,15 +199,10 @@ static int assign(struct slot *slot, struct pending *pending, struct pen_error *
 
 	if (r < 0)
 		return r;
-	r = pen_helper_send(
-		slot->helper, &pending->request, pending->framebuffer_fd, write_fd, err);
-	(void)close(write_fd);
-	if (r < 0) {
-		(void)close(slot->file_fd);
-		return r;
-	}
 	pending->attempts++;
 	slot->pending = pending;
+	pen_helper_send(slot->helper, &pending->request, pending->framebuffer_fd, write_fd);
+	(void)close(write_fd);
 	return 0;
 }
 

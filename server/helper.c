@@ -146,8 +146,8 @@ int pen_helper_create(uv_loop_t *loop, const char *program, pen_helper_fn *fn, v
 	return 0;
 }
 
-int pen_helper_send(struct pen_helper *helper, const struct pen_encoding_request *request,
-	int framebuffer_fd, int file_fd, struct pen_error *err)
+void pen_helper_send(struct pen_helper *helper, const struct pen_encoding_request *request,
+	int framebuffer_fd, int file_fd)
 {
 	int fds[2] = {framebuffer_fd, file_fd};
 	union {
@@ -166,10 +166,10 @@ int pen_helper_send(struct pen_helper *helper, const struct pen_encoding_request
 	assert(!helper->busy && helper->fn);
 	control.header.cmsg_len = CMSG_LEN(sizeof fds);
 	memcpy(CMSG_DATA(&control.header), fds, sizeof fds);
-	if (sendmsg(helper->socket_fd, &message, MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
-		return pen_error_system(err, errno, "sending to the encoder");
 	helper->busy = true;
-	return uv_timer_start(&helper->deadline, deadline_passed, PEN_ENCODING_MS, 0);
+	(void)uv_timer_start(&helper->deadline, deadline_passed, PEN_ENCODING_MS, 0);
+	if (sendmsg(helper->socket_fd, &message, MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
+		stop(helper);
 }
 
 void pen_helper_destroy(struct pen_helper *helper)

@@ -20,9 +20,12 @@ typedef void pen_helper_fn(void *user, const struct pen_encoding_reply *reply);
 int pen_helper_create(uv_loop_t *loop, const char *program, pen_helper_fn *fn, void *user,
 	struct pen_helper **ret_helper, struct pen_error *err);
 
-/* The helper must be idle. The descriptors stay the caller's, who may close them at once. */
-int pen_helper_send(struct pen_helper *helper, const struct pen_encoding_request *request,
-	int framebuffer_fd, int file_fd, struct pen_error *err);
+/*
+ * The helper must be idle. The descriptors stay the caller's, who may close them at once. A process
+ * that cannot be sent to is ended, which fn tells.
+ */
+void pen_helper_send(struct pen_helper *helper, const struct pen_encoding_request *request,
+	int framebuffer_fd, int file_fd);
 
 /* Ends the process; fn is not called any more; memory goes when the loop has seen the end. */
 void pen_helper_destroy(struct pen_helper *helper);
