@@ -101,7 +101,9 @@ static void respond(const struct pen_pass *pass, const struct pen_rays *rays,
 
 /*
  * Shadow rays where anything may arrive, and into factor how much of the light's color then does.
- * A direction that the two normals see on different sides is lost.
+ * A direction that the two normals see on different sides is lost. From where the ray starts, a
+ * little off the surface, it is aimed again at the light's point: a parallel ray could enter a
+ * visible sphere well before that point near its rim, and light must not shadow itself.
  */
 static bool aim(const struct pen_rays *from, const struct pen_points *points,
 	const struct incoming *in, const struct response *response, float factor[PEN_LANES],
@@ -119,14 +121,15 @@ static bool aim(const struct pen_rays *from, const struct pen_points *points,
 		const float f = response->value[i] * in->strength[i] / in->pdf[i] *
 				pen_power_heuristic(in->pdf[i], rival);
 		const int wanted = agrees & (f > 0.0f);
+		const float per_distance = wanted ? 1.0f / in->distance[i] : 0.0f;
 
 		factor[i] = wanted ? f : 0.0f;
 		ret_rays->origin_x[i] = o.x;
 		ret_rays->origin_y[i] = o.y;
 		ret_rays->origin_z[i] = o.z;
-		ret_rays->direction_x[i] = d.x;
-		ret_rays->direction_y[i] = d.y;
-		ret_rays->direction_z[i] = d.z;
+		ret_rays->direction_x[i] = d.x + (points->x[i] - o.x) * per_distance;
+		ret_rays->direction_y[i] = d.y + (points->y[i] - o.y) * per_distance;
+		ret_rays->direction_z[i] = d.z + (points->z[i] - o.z) * per_distance;
 		ret_rays->time[i] = from->time[i];
 		ret_rays->tnear[i] = wanted ? 0.0f : 1.0f;
 		ret_rays->tfar[i] = wanted ? in->distance[i] * SHADOW_SHARE : 0.0f;
