@@ -34,29 +34,22 @@ static int read_key(int fd, char *ret_key, struct pen_error *err)
 	return 0;
 }
 
-/* Whoever started us may have ended before this. */
-static int bind_to_parent(struct pen_error *err)
-{
-	return pen_process_bind(getppid(), SIGKILL, err);
-}
-
 /* The zygote is forked before the key is read: it and all below it never see it. */
 static int run(const struct pen_worker_config *config, struct pen_error *err)
 {
 	char key[PEN_SHA256_TEXT] = "";
 	struct pen_zygote zygote;
-	int r = 0;
+	int code = PEN_WORKER_FAILED;
 
-	if (config->parent_death)
-		r = bind_to_parent(err);
-	if (r == 0)
-		r = pen_zygote_start(config, &zygote, err);
-	if (r == 0 && config->key_fd >= 0)
-		r = read_key(config->key_fd, key, err);
-	if (r < 0)
+	if (config->parent_death && pen_process_bind(getppid(), SIGKILL, err) < 0)
+		return PEN_WORKER_FAILED;
+	if (pen_zygote_start(config, &zygote, err) < 0)
 		return PEN_WORKER_FAILED;
 	(void)signal(SIGPIPE, SIG_IGN);
-	return pen_pool_run(config, &zygote, key, err);
+	if (config->key_fd < 0 || read_key(config->key_fd, key, err) == 0)
+		code = pen_pool_run(config, &zygote, key, err);
+	pen_zygote_stop(&zygote);
+	return code;
 }
 
 int main(int argc, char **argv)

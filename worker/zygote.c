@@ -77,13 +77,24 @@ static void reap(struct zygote_process *self)
 			}
 }
 
+/* The pool has gone, or lets go: nobody is left behind, not even for init to wait for. */
+static _Noreturn void leave(const struct zygote_process *self)
+{
+	for (size_t i = 0; i < CHILDREN_MAX; i++)
+		if (self->children[i].pid != 0)
+			(void)kill(self->children[i].pid, SIGKILL);
+	while (wait(NULL) > 0)
+		;
+	_exit(EXIT_SUCCESS);
+}
+
 static void obey(struct zygote_process *self)
 {
 	struct pen_control control;
 	int fds[2];
 
 	if (pen_channel_receive(self->channel, &control, sizeof control, fds, 2, NULL) < 0)
-		_exit(EXIT_SUCCESS);
+		leave(self);
 	if (control.type == PEN_CONTROL_FORK)
 		fork_scene(self, control.id, fds[0], fds[1]);
 	else if (control.type == PEN_CONTROL_KILL)
@@ -105,6 +116,9 @@ static int prepare(struct zygote_process *self, pid_t parent, struct pen_error *
 		r = pen_process_close_except(&self->channel, 1, err);
 	if (r < 0)
 		return r;
+	/* Render processes whose scene process has ended come to us, who waits for them. */
+	if (prctl(PR_SET_CHILD_SUBREAPER, 1) < 0)
+		return pen_error_system(err, errno, "PR_SET_CHILD_SUBREAPER");
 	(void)signal(SIGINT, SIG_IGN);
 	(void)setpriority(PRIO_PROCESS, 0, NICE);
 	(void)sched_setscheduler(0, SCHED_BATCH, &batch);
@@ -157,6 +171,13 @@ int pen_zygote_start(const struct pen_worker_config *config, struct pen_zygote *
 	else
 		*ret_zygote = (struct pen_zygote){pool, pid};
 	return r;
+}
+
+void pen_zygote_stop(struct pen_zygote *zygote)
+{
+	(void)close(zygote->channel);
+	while (waitpid(zygote->pid, NULL, 0) < 0 && errno == EINTR)
+		;
 }
 
 int pen_zygote_fork(const struct pen_zygote *zygote, uint32_t id, int channel, int results)

@@ -21,6 +21,9 @@ struct pen_zygote {
 int pen_zygote_start(const struct pen_worker_config *config, struct pen_zygote *ret_zygote,
 	struct pen_error *err);
 
+/* Ends it and all below it, and waits until they have gone. */
+void pen_zygote_stop(struct pen_zygote *zygote);
+
 /*
  * Asks for a scene process with these descriptors, which stay the caller's. Its end is told by a
  * PEN_CONTROL_CHILD with its id on the zygote's channel. PEN_ECLOSED: the zygote has gone.
