@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef PEN_TESTS_DIRECTIONS_H
-#define PEN_TESTS_DIRECTIONS_H
+#ifndef PEN_TESTS_STAT_DIRECTIONS_H
+#define PEN_TESTS_STAT_DIRECTIONS_H
 
 #include "core/render/vec.h"
 
