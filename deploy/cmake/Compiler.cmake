@@ -26,6 +26,9 @@ endif()
 # pen_hardening: everything but the renderer's hot files.
 add_library(pen_hardening INTERFACE)
 target_compile_options(pen_hardening INTERFACE
-    -fstack-protector-strong -fstack-clash-protection -fcf-protection=full
-    $<$<AND:$<NOT:$<CONFIG:Debug>>,$<NOT:$<BOOL:${PEN_SANITIZE}>>>:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3>)
+    -fstack-protector-strong -fstack-clash-protection -fcf-protection=full)
+if(NOT PEN_SANITIZE)
+    target_compile_options(pen_hardening INTERFACE
+        $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3>)
+endif()
 target_link_options(pen_hardening INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack,--as-needed)
