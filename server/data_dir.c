@@ -54,6 +54,18 @@ static int lock(struct pen_data_dir *data, struct pen_error *err)
 	return pen_error_system(err, errno, "cannot lock %s", path);
 }
 
+/* Those of an earlier coordinator: whoever waits for ours must not find them. */
+static int forget_ports(const char *path, struct pen_error *err)
+{
+	char ports[PATH_MAX];
+
+	if (snprintf(ports, sizeof ports, "%s/ports", path) >= (int)sizeof ports)
+		return pen_error_set(err, PEN_EINVALID, "%s is too long a path", path);
+	if (unlink(ports) < 0 && errno != ENOENT)
+		return pen_error_system(err, errno, "cannot remove %s", ports);
+	return 0;
+}
+
 int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_error *err)
 {
 	char frames[PATH_MAX];
@@ -69,6 +81,8 @@ int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_er
 		r = make_inside(path, "frames", frames, err);
 	if (r == 0)
 		r = make_inside(path, "cache", data->cache, err);
+	if (r == 0)
+		r = forget_ports(path, err);
 	if (r < 0)
 		pen_data_dir_close(data);
 	return r;

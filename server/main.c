@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* Ends with SIGTERM when the parent does, also when that has happened already. */
@@ -31,6 +32,7 @@ static int serve(int argc, char **argv)
 	}
 	if (config.parent_death)
 		follow_parent(parent);
+	(void)umask(077);
 	pen_log_open("penumbra", config.log_level);
 	if (pen_server_run(&config, &err) < 0) {
 		(void)fprintf(stderr, "penumbra: %s\n", err.text);
