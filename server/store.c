@@ -6,6 +6,7 @@
 #include "server/scene_file.h"
 
 #include <assert.h>
+#include <dirent.h>
 #include <limits.h>
 #include <pthread.h>
 #include <sqlite3.h>
@@ -291,7 +292,7 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 	return 0;
 }
 
-/* Once the removal is durable; what a crash leaves here is swept at the next start. */
+/* Unless another job has it. To be called when the removal of its job is durable. */
 static void remove_scene(struct pen_store *store, const struct pen_sha256 *sha256)
 {
 	int64_t count = 1;
@@ -600,6 +601,20 @@ static int visit_removed(
 	return r;
 }
 
+/* Scenes whose job is not there: a crash came between the two. */
+static void sweep_scenes(struct pen_store *store)
+{
+	DIR *scenes = opendir(store->scenes_dir);
+	const struct dirent *entry;
+	struct pen_sha256 sha256;
+
+	while (scenes && (entry = readdir(scenes)) != NULL)
+		if (pen_sha256_parse(entry->d_name, &sha256))
+			remove_scene(store, &sha256);
+	if (scenes)
+		(void)closedir(scenes);
+}
+
 static int execute(struct pen_store *store, const char *text, struct pen_error *err)
 {
 	return sqlite3_exec(store->db, text, NULL, NULL, NULL) == SQLITE_OK
@@ -616,6 +631,8 @@ int pen_store_load(
 		r = visit_jobs(store, visitor, err);
 	if (r == 0)
 		r = visit_removed(store, visitor, err);
+	if (r == 0)
+		sweep_scenes(store);
 	return r;
 }
 
