@@ -263,7 +263,8 @@ static int refuse(scmp_filter_ctx filter)
 static int allow_own_abort(scmp_filter_ctx filter)
 {
 	return seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 2,
-		SCMP_A0_32(SCMP_CMP_EQ, (uint32_t)getpid()), SCMP_A2_32(SCMP_CMP_EQ, SIGABRT));
+		SCMP_A0_32(SCMP_CMP_EQ, (uint32_t)getpid(), 0),
+		SCMP_A2_32(SCMP_CMP_EQ, SIGABRT, 0));
 }
 
 static int add_rules(scmp_filter_ctx filter, enum pen_sandbox_profile profile)
