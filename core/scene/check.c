@@ -99,7 +99,7 @@ static void check_view(struct pen_reader *reader, const struct pen_place *at, js
 	double direction[3];
 
 	subtract(look_at, position, direction);
-	if (length(direction) <= 1e-12 * (length(position) + length(look_at)))
+	if (length(direction) < LENGTH_MIN + 1e-12 * (length(position) + length(look_at)))
 		refuse_member(reader, at, view, "look_at", "must differ from position");
 	else if (collinear(direction, up))
 		refuse_member(

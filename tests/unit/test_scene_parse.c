@@ -294,6 +294,7 @@ static const struct offence offences[] = {
 	/* Camera */
 	{",\"camera\":{\"position\":[1,2,3],\"look_at\":[1,2,3]}", "/camera/look_at", "differ"},
 	{",\"camera\":{\"position\":[0,0,0]}", "/camera/look_at", "differ"},
+	{",\"camera\":{\"position\":[0,0,1e-20]}", "/camera/look_at", "differ"},
 	{",\"camera\":{\"position\":[0,5,0]}", "/camera/up", "along the view"},
 	{",\"camera\":{\"up\":[0,0,0]}", "/camera/up", "zero"},
 	{",\"camera\":{\"focus_distance\":0}", "/camera/focus_distance", "from 1e-15"},
