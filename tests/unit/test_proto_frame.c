@@ -12,15 +12,7 @@
 #include <cmocka.h>
 
 /* Offsets of frame.h. */
-enum {
-	AT_MAGIC = 0,
-	AT_VERSION = 4,
-	AT_TYPE = 5,
-	AT_CONTROL = 6,
-	AT_PAYLOAD = 8,
-	AT_SEQUENCE = 12,
-	AT_XXH3 = 16
-};
+enum { AT_TYPE = 5, AT_CONTROL = 6, AT_PAYLOAD = 8, AT_XXH3 = 16 };
 
 static struct pen_buf write_frame(uint32_t sequence, enum pen_frame_type type, const char *control,
 	size_t control_size, const char *payload, size_t payload_size)

@@ -132,6 +132,7 @@ static void test_hello(void **state)
 	assert_string_equal(got.u.hello.key, "");
 }
 
+/* As test_hello, for a lease. */
 static void test_lease(void **state)
 {
 	struct pen_msg msg = lease(), got;
@@ -141,6 +142,7 @@ static void test_lease(void **state)
 	assert_memory_equal(&got.u.lease, &msg.u.lease, sizeof got.u.lease);
 }
 
+/* As test_hello, for a result; and when one of half pixels gets through. */
 static void test_result(void **state)
 {
 	const float pixels[8] = {1, 2, 3, 4, 5, 6, 7, 8};
@@ -162,6 +164,7 @@ static void test_result(void **state)
 	expect_refusal(&msg);
 }
 
+/* Fails when a piece of a scene changes on the way, or one that lies outside of it is taken. */
 static void test_scene_data(void **state)
 {
 	struct pen_msg msg = scene_data(), got;
@@ -198,6 +201,7 @@ static void test_scene_data(void **state)
 	expect_refusal(&msg);
 }
 
+/* As test_hello, for the others; and when a number past its bound gets through. */
 static void test_small_messages(void **state)
 {
 	struct pen_msg msg, got;
