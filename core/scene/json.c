@@ -147,10 +147,36 @@ static size_t scan_digits(struct scan *s)
 	return s->at - start;
 }
 
+/* Digits there must be at least one of. */
+static const char *scan_some_digits(struct scan *s)
+{
+	return scan_digits(s) > 0 ? NULL : "expected a digit";
+}
+
+/* A fraction and an exponent, either of which may be missing. */
+static const char *scan_decimals(struct scan *s, bool *ret_exponent)
+{
+	const char *wrong = NULL;
+
+	if (peek(s) == '.') {
+		s->at++;
+		wrong = scan_some_digits(s);
+	}
+	*ret_exponent = !wrong && (peek(s) == 'e' || peek(s) == 'E');
+	if (*ret_exponent) {
+		s->at++;
+		if (peek(s) == '+' || peek(s) == '-')
+			s->at++;
+		wrong = scan_some_digits(s);
+	}
+	return wrong;
+}
+
 static const char *scan_number(struct scan *s)
 {
-	size_t start = s->at, digits, token;
-	bool zero, real = false;
+	size_t start = s->at, digits;
+	const char *wrong;
+	bool zero, exponent;
 
 	if (peek(s) == '-')
 		s->at++;
@@ -160,27 +186,15 @@ static const char *scan_number(struct scan *s)
 		return "expected a value";
 	if (zero && digits > 1)
 		return "numbers do not begin with 0";
-	if (peek(s) == '.') {
-		real = true;
-		s->at++;
-		if (scan_digits(s) == 0)
-			return "expected a digit";
-	}
-	if (peek(s) == 'e' || peek(s) == 'E') {
-		real = true;
-		s->at++;
-		if (peek(s) == '+' || peek(s) == '-')
-			s->at++;
-		if (scan_digits(s) == 0)
-			return "expected a digit";
-	}
-	token = s->at - start;
-	if (token > PEN_SCENE_STRING_MAX)
+	wrong = scan_decimals(s, &exponent);
+	if (wrong)
+		return wrong;
+	if (s->at - start > PEN_SCENE_STRING_MAX)
 		return "number too long";
-	s->long_integers |= !real && digits > 18;
+	s->long_integers |= digits > 18;
 
 	/* strtod stops at the byte behind the number, which is there but in a broken text. */
-	if ((real || digits > 300) && s->at < s->size && isinf(strtod(s->text + start, NULL))) {
+	if ((exponent || digits > 300) && s->at < s->size && isinf(strtod(s->text + start, NULL))) {
 		s->at = start;
 		return "number beyond the range of a double";
 	}

@@ -5,17 +5,19 @@
 #include "core/scene/format.h"
 #include "core/scene/resolve.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
+/* One line for those who show one: the first offender, and how many follow. */
 static int report(const struct pen_reader *reader, struct pen_error *err)
 {
 	const struct pen_scene_error *first = reader->errors->items;
+	char more[40] = "";
 
-	if (reader->found == 1)
-		return pen_error_set(err, PEN_EINVALID, "scene%s%s: %s",
-			first->pointer[0] ? " at " : "", first->pointer, first->detail);
-	return pen_error_set(err, PEN_EINVALID, "scene%s%s: %s (and %zu more)",
-		first->pointer[0] ? " at " : "", first->pointer, first->detail, reader->found - 1);
+	if (reader->found > 1)
+		(void)snprintf(more, sizeof more, " (and %zu more)", reader->found - 1);
+	return pen_error_set(err, PEN_EINVALID, "scene%s%s: %s%s", first->pointer[0] ? " at " : "",
+		first->pointer, first->detail, more);
 }
 
 static int read_scene(struct pen_scene *scene, json_t *tree, struct pen_scene_errors *errors,
