@@ -23,6 +23,7 @@
 #define PEN_JOB_SAMPLES_MAX    (1ull << 40)
 #define PEN_DEPTH_MAX	       64u
 #define PEN_WHITTED_DEPTH_MAX  12u
+#define PEN_OBJECTS_MAX	       65536u
 #define PEN_LIGHTS_MAX	       65536u
 #define PEN_KEYFRAMES_MAX      4096u
 #define PEN_BLADES_MAX	       32u

@@ -6,7 +6,7 @@
 
 /*
  * What a scene must be beyond the ranges of its numbers: geometry that is not degenerate, numbers
- * that fit each other, names that name something. Each check gets an object whose members are all
+ * that fit each other. Each check gets an object whose members are all
  * good and its description, which it completes where a default follows from other members.
  */
 void pen_check_image(
@@ -42,9 +42,7 @@ void pen_check_directional(
 void pen_check_times(struct pen_reader *reader, const struct pen_place *at, json_t *list,
 	const void *keys, size_t size);
 
-/*
- * The whole scene: resolves the names of materials and objects and checks the cost of the render.
- * Members that are not good are passed over.
+/* The whole scene: the samples of the render, the size of the tree. Passes over what is not good.
  */
 void pen_check_scene(struct pen_reader *reader, const struct pen_place *at, json_t *tree);
 

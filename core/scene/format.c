@@ -366,8 +366,8 @@ static const struct pen_variant object_types[] = {
 };
 static const struct pen_variants object = {
 	"type", PEN_REQUIRED, OF(object_desc, type), object_types};
-static const struct pen_list objects = {sizeof(struct pen_object_desc), PEN_SCENE_NODES_MAX,
-	OF(scene, object_count), NULL, &object};
+static const struct pen_list objects = {
+	sizeof(struct pen_object_desc), PEN_OBJECTS_MAX, OF(scene, object_count), NULL, &object};
 
 /* Lights */
 
