@@ -113,7 +113,7 @@ PEN_LANE struct pen_vec3 pen_ggx_local(const struct pen_basis *basis, struct pen
 
 /*
  * glossy: a GGX reflector with Smith's masking of both directions, single scattering, no Fresnel
- * term. The masking is separable, G1(wo) G1(wi): see deploy/decisions/.
+ * term. The masking is separable, G1(wo) G1(wi): see deploy/decisions/0004-separable-masking.md.
  */
 
 PEN_LANE struct pen_vec3 pen_reflect(struct pen_vec3 wo, struct pen_vec3 m)

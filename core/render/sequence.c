@@ -111,25 +111,6 @@ static inline struct pair sobol_pair(uint32_t seed, uint32_t index)
 	};
 }
 
-/* The scrambled camera dimension d of sixteen lanes. */
-static void sobol_lanes(
-	const uint32_t key[16], const uint32_t reversed[16], uint32_t d, float ret[16])
-{
-#pragma omp simd
-	for (uint32_t lane = 0; lane < 16; lane++)
-		ret[lane] = owen_float(reversed[lane], camera_seed(key[lane], d));
-}
-
-static void sobol_camera(const uint32_t key[16], const uint32_t reversed[PEN_SOBOL_DIMENSIONS][16],
-	struct pen_camera_samples *ret_samples)
-{
-	sobol_lanes(key, reversed[0], 0, ret_samples->x);
-	sobol_lanes(key, reversed[1], 1, ret_samples->y);
-	sobol_lanes(key, reversed[2], 2, ret_samples->u);
-	sobol_lanes(key, reversed[3], 3, ret_samples->v);
-	sobol_lanes(key, reversed[4], 4, ret_samples->time);
-}
-
 static struct pair baseline_pair(const struct pen_sampler *sampler, uint32_t seed, uint32_t index)
 {
 	return sampler->sequence == PEN_SEQUENCE_JITTERED ? jittered_pair(sampler, seed, index)
@@ -153,35 +134,49 @@ static void baseline_camera(const struct pen_sampler *sampler, uint32_t key, uin
 					  : random_pair(seed, index).u;
 }
 
+static void sobol_block(const struct pen_sobol *sobol, uint32_t key, uint32_t first, uint32_t d,
+	float ret_values[16])
+{
+	const uint32_t seed = camera_seed(key, d);
+	const uint32_t base = pen_sobol_reversed(sobol, d, first);
+
+#pragma omp simd
+	for (uint32_t lane = 0; lane < 16; lane++)
+		ret_values[lane] = owen_float(base ^ sobol->sixteen[d][lane], seed);
+}
+
 void pen_sampler_block(const struct pen_sampler *sampler, uint32_t x, uint32_t y, uint32_t first,
 	struct pen_camera_samples *ret_samples)
 {
-	const uint32_t pixel_key = pen_sampler_key(sampler, x, y);
-	uint32_t key[16];
-	uint32_t reversed[PEN_SOBOL_DIMENSIONS][16];
+	const uint32_t key = pen_sampler_key(sampler, x, y);
 
 	assert(first % 16 == 0 && first >> PEN_SOBOL_BITS == 0);
 	if (sampler->sequence != PEN_SEQUENCE_SOBOL) {
 		for (uint32_t lane = 0; lane < 16; lane++)
-			baseline_camera(sampler, pixel_key, first + lane, lane, ret_samples);
+			baseline_camera(sampler, key, first + lane, lane, ret_samples);
 		return;
 	}
-	for (uint32_t lane = 0; lane < 16; lane++)
-		key[lane] = pixel_key;
-	for (uint32_t d = 0; d < PEN_SOBOL_DIMENSIONS; d++) {
-		const uint32_t base = pen_sobol_reversed(&sampler->sobol, d, first);
+	sobol_block(&sampler->sobol, key, first, 0, ret_samples->x);
+	sobol_block(&sampler->sobol, key, first, 1, ret_samples->y);
+	sobol_block(&sampler->sobol, key, first, 2, ret_samples->u);
+	sobol_block(&sampler->sobol, key, first, 3, ret_samples->v);
+	sobol_block(&sampler->sobol, key, first, 4, ret_samples->time);
+}
 
-		for (uint32_t lane = 0; lane < 16; lane++)
-			reversed[d][lane] = base ^ sampler->sobol.sixteen[d][lane];
-	}
-	sobol_camera(key, reversed, ret_samples);
+static void sobol_grid(const struct pen_sobol *sobol, const uint32_t key[16], uint32_t index,
+	uint32_t d, float ret_values[16])
+{
+	const uint32_t value = pen_sobol_reversed(sobol, d, index);
+
+#pragma omp simd
+	for (uint32_t lane = 0; lane < 16; lane++)
+		ret_values[lane] = owen_float(value, camera_seed(key[lane], d));
 }
 
 void pen_sampler_grid(const struct pen_sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
 	struct pen_camera_samples *ret_samples)
 {
 	uint32_t key[16];
-	uint32_t reversed[PEN_SOBOL_DIMENSIONS][16];
 
 	assert(index >> PEN_SOBOL_BITS == 0);
 	for (uint32_t lane = 0; lane < 16; lane++)
@@ -191,13 +186,11 @@ void pen_sampler_grid(const struct pen_sampler *sampler, uint32_t x, uint32_t y,
 			baseline_camera(sampler, key[lane], index, lane, ret_samples);
 		return;
 	}
-	for (uint32_t d = 0; d < PEN_SOBOL_DIMENSIONS; d++) {
-		const uint32_t value = pen_sobol_reversed(&sampler->sobol, d, index);
-
-		for (uint32_t lane = 0; lane < 16; lane++)
-			reversed[d][lane] = value;
-	}
-	sobol_camera(key, reversed, ret_samples);
+	sobol_grid(&sampler->sobol, key, index, 0, ret_samples->x);
+	sobol_grid(&sampler->sobol, key, index, 1, ret_samples->y);
+	sobol_grid(&sampler->sobol, key, index, 2, ret_samples->u);
+	sobol_grid(&sampler->sobol, key, index, 3, ret_samples->v);
+	sobol_grid(&sampler->sobol, key, index, 4, ret_samples->time);
 }
 
 static void sobol_pairs(uint32_t group, uint32_t n, const uint32_t *key, const uint32_t *index,

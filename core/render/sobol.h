@@ -84,8 +84,8 @@ static inline uint32_t pen_sobol_reversed(const struct pen_sobol *sobol, uint32_
 {
 	uint32_t x = 0;
 
-	for (uint32_t bit = 0; index >> bit != 0; bit++)
-		x ^= (index >> bit & 1u) != 0 ? sobol->columns[d][bit] : 0;
+	for (uint32_t rest = index; rest != 0; rest &= rest - 1)
+		x ^= sobol->columns[d][__builtin_ctz(rest)];
 	return x;
 }
 
