@@ -20,7 +20,9 @@ bool pen_api_render_over(const struct pen_job *job)
 
 double pen_api_render_progress(const struct pen_job *job)
 {
-	return job->units_total > 0 ? (double)job->units_done / (double)job->units_total : 0.0;
+	double total = (double)pen_rect_area(job->tiling.crop) * job->samples;
+
+	return (double)job->samples_done / total;
 }
 
 static void set(json_t *object, const char *key, json_t *value)

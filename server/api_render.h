@@ -10,7 +10,7 @@ json_t *pen_api_render_json(const struct pen_job *job);
 /* Whether nothing about it changes any more. */
 bool pen_api_render_over(const struct pen_job *job);
 
-/* 0 to 1: the part of its units that is merged. */
+/* 0 to 1: the part of its samples that is merged. */
 double pen_api_render_progress(const struct pen_job *job);
 
 /* GET, PATCH and DELETE of /v1/renders/{id}; GET of /v1/renders. */

@@ -232,7 +232,7 @@ def bad_requests():
         yield REQUEST.pack(*good[:index], value, *good[index + 1:])
 
 
-@pytest.mark.parametrize("request_bytes", bad_requests())
+@pytest.mark.parametrize("request_bytes", bad_requests(), ids=lambda _: "")
 def test_a_bad_request_is_answered_and_survived(shared, request_bytes):
     """Breaks if a number out of range reaches the arithmetic."""
     with tempfile.TemporaryFile() as framebuffer, tempfile.TemporaryFile() as output:

@@ -204,19 +204,20 @@ def test_a_submission_that_fails_is_told(server, name, status):
 
 
 def test_a_large_scene_is_read_beside_the_loop(server):
-    """Breaks if a scene of megabytes is lost, or keeps a small request waiting while it is read."""
-    vertices = [[x / 7, 0, 1] for x in range(200000)] + [[0, 1, 0]]
-    mesh = {"type": "mesh", "material": "white", "vertices": vertices, "indices": [0, 1, 200000]}
+    """Breaks if a large scene is lost, or keeps a small request waiting while it is read."""
+    vertices = [[x / 7, 0, 1] for x in range(60000)] + [[0, 1, 0]]
+    mesh = {"type": "mesh", "material": "white", "vertices": vertices, "indices": [0, 1, 60000]}
     body = json.dumps(scene.build(8, 8, 1, [mesh])).encode()
-    assert 4 * MIB < len(body) < 8 * MIB
+    assert MIB < len(body) < 8 * MIB
     with socket.create_connection(("127.0.0.1", server.port)) as link:
         link.sendall(b"POST /v1/renders HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n"
                      % len(body) + body)
-        slowest = 0
+        start, waits = time.monotonic(), []
         while not select.select([link], [], [], 0)[0]:
-            slowest = max(slowest, server.get("/livez").ms)
+            waits.append(server.get("/livez").ms)
+        elapsed = (time.monotonic() - start) * 1000
         assert link.recv(65536).startswith(b"HTTP/1.1 202")
-    assert slowest < 50 * farm.SLOW
+    assert max(waits) < elapsed / 2
 
 
 # Bodies that are too large

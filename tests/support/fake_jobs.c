@@ -47,7 +47,8 @@ static void set_tiles(struct fake *fake, uint32_t tiles)
 {
 	fake->tiles = tiles;
 	fake->job.tiles_done = tiles;
-	fake->job.units_done = tiles;
+	fake->job.samples_done =
+		(uint64_t)WIDTH * HEIGHT * fake->job.samples * tiles / fake->job.tiling.count;
 	fake->job.image_revision = tiles;
 	fake->job.revision++;
 }
@@ -66,7 +67,6 @@ static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_stat
 	job->height = HEIGHT;
 	pen_tiling_init(&job->tiling, (struct pen_rect){0, 0, WIDTH, HEIGHT}, TILE_PX);
 	job->samples = 4;
-	job->units_total = job->tiling.count;
 	job->created_ms = 1700000000000;
 	job->eta_seconds = -1;
 	jobs->fakes[jobs->count++] = fake;
