@@ -46,9 +46,10 @@ struct pen_camera_desc {
 	enum pen_focal_surface focal_surface;
 	uint32_t blades; /* 0 = round, else >= 3 */
 	double blade_rotation;
-	double shutter_open, shutter_close; /* absolute here: frame time added; equal = an instant */
-	struct pen_camera_key *keys;        /* strictly rising times; each key complete */
-	uint32_t key_count;                 /* 0 = position, look_at and up above hold always */
+	double shutter_open,
+		shutter_close;	     /* absolute here: frame time added; equal = an instant */
+	struct pen_camera_key *keys; /* strictly rising times; each key complete */
+	uint32_t key_count;	     /* 0 = position, look_at and up above hold always */
 };
 
 enum pen_integrator_type {
@@ -77,7 +78,7 @@ struct pen_material_desc {
 	enum pen_material_type type;
 	double color[3];
 	double roughness; /* alpha = roughness^2; 0 = perfectly smooth */
-	double ior;       /* glass */
+	double ior;	  /* glass */
 };
 
 /* World = translate * rotate * scale * own coordinates. */
@@ -110,7 +111,7 @@ struct pen_object_desc {
 	enum pen_object_type type;
 	const char *name;  /* NULL without one */
 	uint32_t material; /* index; PEN_NO_INDEX: an instance that keeps the original's */
-	bool visible;      /* false: renders only through its instances */
+	bool visible;	   /* false: renders only through its instances */
 	struct pen_pose transform;
 	struct pen_pose_key *keys; /* strictly rising times */
 	uint32_t key_count;
@@ -122,10 +123,11 @@ struct pen_object_desc {
 		struct {
 			float *vertices;   /* 3 * vertex_count */
 			uint32_t *indices; /* 3 * triangle_count, each < vertex_count */
-			float *normals;    /* 3 * vertex_count, or NULL: flat */
-			float *uvs;        /* 2 * vertex_count, or NULL */
+			float *normals;	   /* 3 * vertex_count, or NULL: flat */
+			float *uvs;	   /* 2 * vertex_count, or NULL */
 			uint32_t vertex_count, triangle_count;
-			struct pen_mesh_key *keys; /* deformation; then vertices = keys[0].vertices */
+			struct pen_mesh_key
+				*keys; /* deformation; then vertices = keys[0].vertices */
 			uint32_t key_count;
 		} mesh;
 		struct {
@@ -146,7 +148,7 @@ enum pen_light_type {
 
 struct pen_light_desc {
 	enum pen_light_type type;
-	bool visible;    /* false: neither seen nor blocking; always false for the last three types */
+	bool visible; /* false: neither seen nor blocking; always false for the last three types */
 	double color[3]; /* radiance; intensity of point and spot; irradiance of directional */
 	union {
 		struct {
@@ -168,12 +170,12 @@ struct pen_light_desc {
 		} point;
 		struct {
 			double position[3], direction[3]; /* unit */
-			double cone_angle;                /* full angle of the cone */
-			double blend;                     /* 0..1: share of the cone that fades out */
+			double cone_angle;		  /* full angle of the cone */
+			double blend; /* 0..1: share of the cone that fades out */
 		} spot;
 		struct {
 			double direction[3]; /* unit, the way the light travels */
-			double angle;        /* angular diameter; 0 = a delta */
+			double angle;	     /* angular diameter; 0 = a delta */
 		} directional;
 	} u;
 };
