@@ -6,6 +6,7 @@
 #include "worker/scene_process.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -104,6 +105,20 @@ static void obey(struct zygote_process *self)
 			(void)close(fds[i]);
 }
 
+/* Nothing of what the pool was started with, but a way to say why a process ends. */
+static int forget_surroundings(struct pen_error *err)
+{
+	int null = open("/dev/null", O_RDWR | O_CLOEXEC);
+
+	if (null < 0)
+		return pen_error_system(err, errno, "/dev/null");
+	(void)dup2(null, STDIN_FILENO);
+	(void)dup2(null, STDOUT_FILENO);
+	(void)close(null);
+	(void)clearenv();
+	return 0;
+}
+
 static int prepare(struct zygote_process *self, pid_t parent, struct pen_error *err)
 {
 	const struct sched_param batch = {0};
@@ -114,6 +129,8 @@ static int prepare(struct zygote_process *self, pid_t parent, struct pen_error *
 	r = pen_process_bind(parent, SIGKILL, err);
 	if (r == 0)
 		r = pen_process_close_except(&self->channel, 1, err);
+	if (r == 0)
+		r = forget_surroundings(err);
 	if (r < 0)
 		return r;
 	/* Render processes whose scene process has ended come to us, who waits for them. */

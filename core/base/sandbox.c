@@ -319,6 +319,8 @@ int pen_sandbox_enter(enum pen_sandbox_profile profile, enum pen_sandbox_mode mo
 		r = set_limit(RLIMIT_FSIZE, 0, err);
 	if (r < 0)
 		return r;
+	/* Last words to a log that is a file fail; the process ends by what it says, not by them. */
+	(void)signal(SIGXFSZ, SIG_IGN);
 	if (prctl(PR_SET_DUMPABLE, 0) < 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) < 0)
 		return pen_error_system(err, errno, "prctl");
 	(void)umask(077);

@@ -55,11 +55,6 @@ static int status_of(enum pen_sandbox_profile profile, act_fn *act)
 	return status;
 }
 
-static int act_nothing(void)
-{
-	return 0;
-}
-
 static int act_read_limits(void)
 {
 	struct rlimit core, files;
@@ -274,7 +269,6 @@ static const struct {
 	{"setrlimit", act_raise_limit, 0, DIES, DIES},
 	{"too much memory", act_allocate_too_much, ENOMEM, ENOMEM, ENOMEM},
 	{"computing", act_compute, 0, 0, 0},
-	{"nothing", act_nothing, 0, 0, 0},
 };
 
 static void check_act(const char *name, const char *profile, int status, int expected)

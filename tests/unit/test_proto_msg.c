@@ -139,7 +139,17 @@ static void test_lease(void **state)
 
 	(void)state;
 	expect_pass(&msg, &got);
-	assert_memory_equal(&got.u.lease, &msg.u.lease, sizeof got.u.lease);
+	assert_int_equal(got.u.lease.lease, 1ull << 60);
+	assert_int_equal(got.u.lease.job, 2);
+	assert_int_equal(got.u.lease.epoch, 3);
+	assert_int_equal(got.u.lease.tile, 4);
+	assert_int_equal(got.u.lease.round, 5);
+	assert_int_equal(got.u.lease.frame, 6);
+	assert_memory_equal(&got.u.lease.rect, &msg.u.lease.rect, sizeof got.u.lease.rect);
+	assert_int_equal(got.u.lease.sample_first, 16);
+	assert_int_equal(got.u.lease.sample_end, 32);
+	assert_true(pen_sha256_equal(&got.u.lease.scene_sha256, &msg.u.lease.scene_sha256));
+	assert_int_equal(got.u.lease.deadline_ms, 1000);
 }
 
 /* As test_hello, for a result; and when one of half pixels gets through. */
@@ -156,7 +166,16 @@ static void test_result(void **state)
 
 	(void)state;
 	expect_pass(&msg, &got);
-	assert_memory_equal(&got.u.result, &msg.u.result, sizeof got.u.result);
+	assert_int_equal(got.u.result.lease, 1);
+	assert_int_equal(got.u.result.job, 2);
+	assert_int_equal(got.u.result.epoch, 3);
+	assert_int_equal(got.u.result.tile, 4);
+	assert_int_equal(got.u.result.round, 5);
+	assert_true(got.u.result.xxh3 == UINT64_MAX);
+	assert_int_equal(got.u.result.render_us, 7);
+	assert_int_equal(got.u.result.rays, 8);
+	assert_int_equal(got.u.result.rays_dropped, 9);
+	assert_int_equal(got.u.result.samples_black, 10);
 	assert_memory_equal(got.payload, pixels, sizeof pixels);
 	msg.payload_size = 17;
 	expect_refusal(&msg);
