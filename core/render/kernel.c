@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/kernel.h"
 
+#include "core/render/sphere.h"
 #include "core/render/wavefront.h"
 
 /* The build gives the name: pen_kernel_v2, …. */
-const struct pen_kernel PEN_KERNEL = {.unit = pen_wavefront_unit};
+const struct pen_kernel PEN_KERNEL = {
+	.unit = pen_wavefront_unit,
+	.sphere_distances = pen_sphere_distances,
+};

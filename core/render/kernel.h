@@ -4,6 +4,7 @@
 
 #include "core/render/render.h"
 
+struct pen_spheres;
 struct pen_wavefront;
 
 /*
@@ -14,6 +15,9 @@ struct pen_kernel {
 	/* See pen_renderer_unit. */
 	void (*unit)(struct pen_wavefront *wavefront, const struct pen_unit *unit,
 		float *ret_pixels, struct pen_render_stats *ret_stats, _Atomic uint64_t *progress);
+	/* See pen_sphere_distances. */
+	void (*sphere_distances)(const struct pen_spheres *spheres, uint32_t primitive,
+		const float *rays, uint32_t n, float *ret_distances);
 };
 
 extern const struct pen_kernel pen_kernel_v2, pen_kernel_v3, pen_kernel_v4;

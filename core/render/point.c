@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/point.h"
 
+#include "core/render/sphere.h"
 #include "core/render/vec.h"
 
 #include <math.h>
@@ -141,28 +142,14 @@ struct own_point {
 	float reach;		/* largest coordinate that went into it */
 };
 
-/* Where a time falls among equidistant steps: between step and step + 1. */
-static uint32_t step_of(float time, uint32_t step_count, float *ret_rest)
-{
-	const float x = time * (float)(step_count - 1);
-	uint32_t step = (uint32_t)x;
-
-	if (step > step_count - 2)
-		step = step_count - 2;
-	*ret_rest = x - (float)step;
-	return step;
-}
-
 static struct pen_vec3 vertex_at(const struct pen_geometry *geometry, const struct pen_model *model,
 	uint32_t index, float time)
 {
 	float rest;
-	uint32_t step;
 
 	if (model->step_count == 1)
 		return vertex(geometry->vertices, (int32_t)index);
-	step = step_of(time, model->step_count, &rest);
-	index += step * model->vertex_count;
+	index += (uint32_t)pen_step_of(time, model->step_count, &rest) * model->vertex_count;
 	return pen_madd(pen_scale(vertex(geometry->vertices, (int32_t)index), 1.0f - rest), rest,
 		vertex(geometry->vertices, (int32_t)(index + model->vertex_count)));
 }
@@ -193,24 +180,6 @@ static struct own_point triangle_point(const struct pen_geometry *geometry,
 			vertex(pool, (int32_t)(index[2] + shift)), u, v));
 	}
 	return point;
-}
-
-static struct pen_sphere sphere_at(const struct pen_geometry *geometry,
-	const struct pen_model *model, uint32_t primitive, float time)
-{
-	const struct pen_sphere *a = &geometry->spheres[model->first + primitive], *b;
-	float rest;
-
-	if (model->step_count == 1)
-		return *a;
-	a += (size_t)step_of(time, model->step_count, &rest) * model->count;
-	b = a + model->count;
-	return (struct pen_sphere){
-		.x = a->x + rest * (b->x - a->x),
-		.y = a->y + rest * (b->y - a->y),
-		.z = a->z + rest * (b->z - a->z),
-		.radius = a->radius + rest * (b->radius - a->radius),
-	};
 }
 
 /* towards: from the origin of own coordinates to about the hit, which is then projected. */
@@ -288,6 +257,8 @@ static struct own_point own_point_of(const struct pen_geometry *geometry,
 	const struct pen_model *model, const struct pen_packet *packet, int lane,
 	struct pen_vec3 towards)
 {
+	const struct pen_spheres spheres = {
+		geometry->spheres + model->first, model->count, model->step_count};
 	struct pen_sphere sphere;
 
 	switch (model->type) {
@@ -295,7 +266,8 @@ static struct own_point own_point_of(const struct pen_geometry *geometry,
 	case PEN_MODEL_DISK: return disk_point(&geometry->disks[model->first], towards);
 	case PEN_MODEL_SPHERES: break;
 	}
-	sphere = sphere_at(geometry, model, packet->hits.primitive[lane], packet->rays.time[lane]);
+	sphere = pen_sphere_at(&spheres, (int32_t)packet->hits.primitive[lane],
+		packet->rays.time[lane]);
 	return sphere_point(&sphere, towards);
 }
 

@@ -134,7 +134,7 @@ static int create_parts(struct pen_render_scene *scene, enum pen_isa isa, struct
 	int r = pen_geometry_init(&scene->geometry, scene->desc, err);
 
 	if (r == 0)
-		r = pen_trace_create(&scene->geometry, isa, &scene->trace, err);
+		r = pen_trace_create(&scene->geometry, isa, scene->kernel, &scene->trace, err);
 	if (r == 0)
 		r = create_surfaces(scene, err);
 	if (r == 0)

@@ -2,6 +2,7 @@
 #include "core/render/trace.h"
 
 #include "core/render/isa.h"
+#include "core/render/sphere.h"
 
 #include <embree3/rtcore.h>
 #include <math.h>
@@ -21,11 +22,18 @@ _Static_assert(PEN_NO_INDEX == RTC_INVALID_GEOMETRY_ID, "no hit is Embree's");
 /* Embree asserts that |component| < 1.844e18. */
 #define COMPONENT_MAX 1e18f
 
+/* What Embree's callbacks get: a model of spheres, and who tests it. */
+struct sphere_set {
+	struct pen_spheres spheres;
+	const struct pen_kernel *kernel;
+};
+
 struct pen_trace {
 	RTCDevice device;
 	RTCScene scene;
-	RTCScene *models;    /* of those that are placed, by model; NULL for the others */
-	RTCGeometry *shapes; /* instances, by shape; NULL for the others; owned by scene */
+	struct sphere_set *sets; /* by model */
+	RTCScene *models;	 /* of those that are placed, by model; NULL for the others */
+	RTCGeometry *shapes;	 /* instances, by shape; NULL for the others; owned by scene */
 	uint32_t model_count;
 };
 
@@ -84,15 +92,75 @@ static void set_triangles(
 		3 * sizeof(uint32_t), model->count);
 }
 
-static void set_spheres(
-	RTCGeometry to, const struct pen_geometry *geometry, const struct pen_model *model)
+/* The box of a sphere over the whole shutter, and a little more than rounding can take away. */
+static void bound_sphere(const struct RTCBoundsFunctionArguments *args)
 {
-	for (uint32_t step = 0; step < model->step_count; step++)
-		rtcSetSharedGeometryBuffer(to, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT4,
-			geometry->spheres,
-			((size_t)model->first + (size_t)step * model->count) *
-				sizeof(struct pen_sphere),
-			sizeof(struct pen_sphere), model->count);
+	const struct sphere_set *set = args->geometryUserPtr;
+	struct RTCBounds *box = args->bounds_o;
+
+	*box = (struct RTCBounds){.lower_x = INFINITY,
+		.lower_y = INFINITY,
+		.lower_z = INFINITY,
+		.upper_x = -INFINITY,
+		.upper_y = -INFINITY,
+		.upper_z = -INFINITY};
+	for (uint32_t step = 0; step < set->spheres.step_count; step++) {
+		const struct pen_sphere *s =
+			set->spheres.first + (size_t)step * set->spheres.stride + args->primID;
+		const float r = s->radius * (1.0f + 0x1p-20f);
+		const float slack = 0x1p-22f * (fabsf(s->x) + fabsf(s->y) + fabsf(s->z)) + r;
+
+		box->lower_x = fminf(box->lower_x, s->x - slack);
+		box->lower_y = fminf(box->lower_y, s->y - slack);
+		box->lower_z = fminf(box->lower_z, s->z - slack);
+		box->upper_x = fmaxf(box->upper_x, s->x + slack);
+		box->upper_y = fmaxf(box->upper_y, s->y + slack);
+		box->upper_z = fmaxf(box->upper_z, s->z + slack);
+	}
+}
+
+/* Rows of n values that Embree's ray and hit packets consist of. */
+enum { ROW_TFAR = 8, ROW_PRIMITIVE = 17, ROW_GEOMETRY = 18, ROW_INSTANCE = 19 };
+
+static void intersect_sphere(const struct RTCIntersectFunctionNArguments *args)
+{
+	const struct sphere_set *set = args->geometryUserPtr;
+	const unsigned int n = args->N;
+	float *rows = (float *)(void *)args->rayhit;
+	uint32_t *ids = (uint32_t *)(void *)args->rayhit;
+	_Alignas(64) float distances[PEN_LANES];
+
+	set->kernel->sphere_distances(&set->spheres, args->primID, rows, n, distances);
+	for (unsigned int i = 0; i < n; i++) {
+		if (!args->valid[i] || !(distances[i] < rows[ROW_TFAR * n + i]))
+			continue;
+		rows[ROW_TFAR * n + i] = distances[i];
+		ids[ROW_PRIMITIVE * n + i] = args->primID;
+		ids[ROW_GEOMETRY * n + i] = args->geomID;
+		ids[ROW_INSTANCE * n + i] = args->context->instID[0];
+	}
+}
+
+static void occlude_by_sphere(const struct RTCOccludedFunctionNArguments *args)
+{
+	const struct sphere_set *set = args->geometryUserPtr;
+	const unsigned int n = args->N;
+	float *rows = (float *)(void *)args->ray;
+	_Alignas(64) float distances[PEN_LANES];
+
+	set->kernel->sphere_distances(&set->spheres, args->primID, rows, n, distances);
+	for (unsigned int i = 0; i < n; i++)
+		if (args->valid[i] && distances[i] < rows[ROW_TFAR * n + i])
+			rows[ROW_TFAR * n + i] = -INFINITY;
+}
+
+static void set_spheres(RTCGeometry to, struct sphere_set *set, uint32_t count)
+{
+	rtcSetGeometryUserPrimitiveCount(to, count);
+	rtcSetGeometryUserData(to, set);
+	rtcSetGeometryBoundsFunction(to, bound_sphere, NULL);
+	rtcSetGeometryIntersectFunction(to, intersect_sphere);
+	rtcSetGeometryOccludedFunction(to, occlude_by_sphere);
 }
 
 static void set_disk(
@@ -108,20 +176,22 @@ static void set_disk(
 
 /* Puts a model into an Embree scene under an id. */
 static void attach_model(const struct pen_trace *trace, RTCScene scene, uint32_t id,
-	const struct pen_geometry *geometry, const struct pen_model *model)
+	const struct pen_geometry *geometry, uint32_t index)
 {
 	static const enum RTCGeometryType types[] = {
 		[PEN_MODEL_TRIANGLES] = RTC_GEOMETRY_TYPE_TRIANGLE,
-		[PEN_MODEL_SPHERES] = RTC_GEOMETRY_TYPE_SPHERE_POINT,
+		[PEN_MODEL_SPHERES] = RTC_GEOMETRY_TYPE_USER,
 		[PEN_MODEL_DISK] = RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT,
 	};
+	const struct pen_model *model = &geometry->models[index];
 	RTCGeometry to = rtcNewGeometry(trace->device, types[model->type]);
 
 	rtcSetGeometryBuildQuality(to, RTC_BUILD_QUALITY_MEDIUM);
-	rtcSetGeometryTimeStepCount(to, model->step_count);
+	if (model->type == PEN_MODEL_TRIANGLES)
+		rtcSetGeometryTimeStepCount(to, model->step_count);
 	switch (model->type) {
 	case PEN_MODEL_TRIANGLES: set_triangles(to, geometry, model); break;
-	case PEN_MODEL_SPHERES: set_spheres(to, geometry, model); break;
+	case PEN_MODEL_SPHERES: set_spheres(to, &trace->sets[index], model->count); break;
 	case PEN_MODEL_DISK: set_disk(to, geometry, model); break;
 	}
 	rtcCommitGeometry(to);
@@ -143,7 +213,7 @@ static RTCScene model_scene(
 {
 	if (!trace->models[model]) {
 		trace->models[model] = scene_create(trace->device);
-		attach_model(trace, trace->models[model], 0, geometry, &geometry->models[model]);
+		attach_model(trace, trace->models[model], 0, geometry, model);
 		rtcCommitScene(trace->models[model]);
 	}
 	return trace->models[model];
@@ -172,7 +242,8 @@ static void attach_instance(
 	const struct pen_placement *placements = geometry->placements + shape->placement_first;
 	RTCGeometry to = rtcNewGeometry(trace->device, RTC_GEOMETRY_TYPE_INSTANCE);
 	/* An instance of something that deforms must move too, if only on the spot. */
-	const bool deforms = geometry->models[shape->model].step_count > 1;
+	const struct pen_model *model = &geometry->models[shape->model];
+	const bool deforms = model->type == PEN_MODEL_TRIANGLES && model->step_count > 1;
 	const uint32_t steps = deforms && shape->placement_count == 1 ? 2 : shape->placement_count;
 
 	rtcSetGeometryInstancedScene(to, model_scene(trace, geometry, shape->model));
@@ -191,6 +262,21 @@ static void attach_instance(
 	rtcReleaseGeometry(to);
 }
 
+static void prepare_spheres(struct pen_trace *trace, const struct pen_geometry *geometry,
+	const struct pen_kernel *kernel)
+{
+	for (uint32_t i = 0; i < geometry->model_count; i++) {
+		const struct pen_model *model = &geometry->models[i];
+
+		if (model->type == PEN_MODEL_SPHERES)
+			trace->sets[i] = (struct sphere_set){
+				.spheres = {geometry->spheres + model->first, model->count,
+					model->step_count},
+				.kernel = kernel,
+			};
+	}
+}
+
 static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *geometry)
 {
 	trace->scene = scene_create(trace->device);
@@ -200,14 +286,13 @@ static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *ge
 		if (shape->placement_count > 0)
 			attach_instance(trace, geometry, id);
 		else
-			attach_model(
-				trace, trace->scene, id, geometry, &geometry->models[shape->model]);
+			attach_model(trace, trace->scene, id, geometry, shape->model);
 	}
 	rtcCommitScene(trace->scene);
 }
 
 int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
-	struct pen_trace **ret_trace, struct pen_error *err)
+	const struct pen_kernel *kernel, struct pen_trace **ret_trace, struct pen_error *err)
 {
 	struct pen_trace *trace = calloc(1, sizeof *trace);
 	enum RTCError failure;
@@ -218,13 +303,15 @@ int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
 	trace->model_count = geometry->model_count;
 	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
 	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
-	if (!trace->models || !trace->shapes) {
+	trace->sets = calloc(geometry->model_count + 1ul, sizeof *trace->sets);
+	if (!trace->models || !trace->shapes || !trace->sets) {
 		r = pen_error_memory(err);
 		goto fail;
 	}
 	r = device_take(isa, &trace->device, err);
 	if (r < 0)
 		goto fail;
+	prepare_spheres(trace, geometry, kernel);
 	attach_shapes(trace, geometry);
 	failure = rtcGetDeviceError(trace->device);
 	if (failure != RTC_ERROR_NONE) {
@@ -251,6 +338,7 @@ void pen_trace_destroy(struct pen_trace *trace)
 			rtcReleaseScene(trace->models[i]);
 	if (trace->device)
 		rtcReleaseDevice(trace->device);
+	free(trace->sets);
 	free(trace->models);
 	free(trace->shapes);
 	free(trace);

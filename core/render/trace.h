@@ -3,6 +3,7 @@
 #define PEN_RENDER_TRACE_H
 
 #include "core/render/geometry.h"
+#include "core/render/kernel.h"
 #include "core/render/render.h"
 
 #include <stdbool.h>
@@ -59,10 +60,10 @@ int pen_trace_warm_up(enum pen_isa isa, struct pen_error *err);
 
 /*
  * Builds the Embree scene, with threads of Embree's own that are idle afterwards. The geometry
- * must outlive it: Embree reads its vertices in place.
+ * must outlive it: Embree reads its vertices in place. Spheres are met by the kernel's own test.
  */
 int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
-	struct pen_trace **ret_trace, struct pen_error *err);
+	const struct pen_kernel *kernel, struct pen_trace **ret_trace, struct pen_error *err);
 void pen_trace_destroy(struct pen_trace *trace);
 
 /* Half the diagonal of the scene's bounding box; 0 for an empty scene. */
