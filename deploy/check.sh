@@ -51,14 +51,13 @@ check_tidy() {
 # unusedStructMember: it does not see uses in other files
 # unmatchedSuppression: one list serves every file
 # uninitvar in sobol.c: does not see that the first numbers of a direction start the recurrence
-# TAILQ_HEAD: it does not know sys/queue.h
 check_cppcheck() {
-    cppcheck --quiet --std=c11 --language=c --enable=warning,performance,portability \
+    cppcheck --quiet --std=c11 --language=c --library=posix --library=bsd \
+        --enable=warning,performance,portability \
         --inline-suppr --error-exitcode=1 -j "$(nproc)" -I . -D_GNU_SOURCE \
         --suppress=missingIncludeSystem --suppress=checkersReport \
         --suppress=unusedStructMember --suppress=unmatchedSuppression \
         --suppress=uninitvar:core/render/sobol.c \
-        '-DTAILQ_HEAD(name, type)=struct { struct type *tqh_first; }' \
         --file-filter="*.c" core proto server worker
 }
 
