@@ -52,7 +52,7 @@ check_tidy() {
 # unmatchedSuppression: one list serves every file
 # uninitvar in sobol.c: does not see that the first numbers of a direction start the recurrence
 check_cppcheck() {
-    cppcheck --quiet --std=c11 --language=c --library=posix --library=bsd \
+    cppcheck --quiet --std=c11 --language=c --library=bsd \
         --enable=warning,performance,portability \
         --inline-suppr --error-exitcode=1 -j "$(nproc)" -I . -D_GNU_SOURCE \
         --suppress=missingIncludeSystem --suppress=checkersReport \
