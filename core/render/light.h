@@ -30,6 +30,7 @@ struct pen_light {
 	float spot_cos;	      /* of half the cone */
 	float spot_inv_blend; /* 1 / (blend * (1 - spot_cos)) */
 	float cone;	      /* directional: 1 - cos of half its angle */
+	float cone_pdf;	      /* its density by solid angle; 1 for a delta */
 	float cone_strength;  /* directional: radiance of an irradiance of 1 */
 };
 

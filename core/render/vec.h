@@ -17,6 +17,9 @@
 #define PEN_PI	   3.14159265f
 #define PEN_INV_PI 0.318309886f
 
+/* Keeps denominators away from 0. */
+#define PEN_TINY 1e-30f
+
 struct pen_vec2 {
 	float x, y;
 };
@@ -153,15 +156,16 @@ PEN_LANE float pen_angle(float y, float x)
 	const float high = pen_max(pen_max(a, y), 1e-37f);
 	const float q = pen_min(a, y) / high;
 	const float t = q * q;
-	const float p =
-		-0.33333171f +
-		t * (0.1999422f +
-			    t * (-0.14214831f +
-					t * (0.10681249f +
-						    t * (-0.07585273f +
-								t * (0.04360686f +
-									    t * (-0.01661292f +
-											t * 0.0029823f))))));
+	float p = 0.0029823f;
+
+	p = p * t - 0.01661292f;
+	p = p * t + 0.04360686f;
+	p = p * t - 0.07585273f;
+	p = p * t + 0.10681249f;
+	p = p * t - 0.14214831f;
+	p = p * t + 0.1999422f;
+	p = p * t - 0.33333171f;
+
 	const float octant = q + q * t * p;
 	const float quarter = y > a ? 0.5f * PEN_PI - octant : octant;
 
