@@ -64,6 +64,7 @@ static const char *title_of(unsigned status)
 		const char *title;
 	} titles[] = {
 		{400, "Bad Request"},
+		{403, "Forbidden"},
 		{404, "Not Found"},
 		{405, "Method Not Allowed"},
 		{406, "Not Acceptable"},

@@ -107,13 +107,26 @@ static bool host_refused(struct pen_exchange *exchange)
 	return true;
 }
 
+/* A page of another site may post here without being asked, but the browser tells its origin. */
+static bool origin_refused(struct pen_exchange *exchange)
+{
+	const char *origin = pen_exchange_field(exchange, "Origin");
+	const char *host = origin ? strstr(origin, "://") : NULL;
+
+	if (!origin || exchange->method == PEN_GET || exchange->method == PEN_HEAD ||
+		(host && pen_field_host_is_local(host + strlen("://"))))
+		return false;
+	pen_exchange_problem(exchange, 403, "pages of other sites may not change anything here");
+	return true;
+}
+
 void pen_api_handle(struct pen_exchange *exchange)
 {
 	enum pen_method method = exchange->method == PEN_HEAD ? PEN_GET : exchange->method;
 	struct pen_api_parameters parameters;
 	bool known = false;
 
-	if (host_refused(exchange))
+	if (host_refused(exchange) || origin_refused(exchange))
 		return;
 	for (size_t i = 0; i < ROUTES; i++) {
 		if (!match(routes[i].pattern, exchange->path, &parameters))

@@ -118,6 +118,7 @@ static void reply_came(struct slot *slot, const struct pen_encoding_reply *reply
 	struct pending *pending = slot->pending;
 	struct pen_error err = PEN_ERROR_INIT;
 
+	assert(pending);
 	slot->pending = NULL;
 	if (reply->code == 0) {
 		pen_cache_put(&encoders->cache, pending->key, slot->file_fd, reply->size);
@@ -162,7 +163,7 @@ static void helper_event(void *user, const struct pen_encoding_reply *reply)
 	struct slot *slot = user;
 	struct pen_encoders *encoders = slot->encoders;
 
-	if (reply && slot->pending)
+	if (reply)
 		reply_came(slot, reply);
 	else
 		process_ended(slot);

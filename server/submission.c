@@ -9,7 +9,26 @@
 
 enum { PRIORITY_DEFAULT = 50, PRIORITY_MAX = 100 };
 
-static void blame(struct pen_submission_reading *reading, const char *pointer, const char *detail)
+/* Appends "/key" as RFC 6901 writes it; a key that is too long leaves the pointer at its parent. */
+static void extend_pointer(char *pointer, size_t size, const char *key)
+{
+	size_t start = strlen(pointer), used = start;
+
+	if (used + 1 < size)
+		pointer[used++] = '/';
+	for (; *key && used + 2 < size; key++) {
+		bool escaped = *key == '~' || *key == '/';
+
+		pointer[used++] = escaped ? '~' : *key;
+		if (escaped)
+			pointer[used++] = *key == '~' ? '0' : '1';
+	}
+	pointer[*key ? start : used] = '\0';
+}
+
+/* key is a member of the value at parent, or NULL for that value itself. */
+static void blame(struct pen_submission_reading *reading, const char *parent, const char *key,
+	const char *detail)
 {
 	struct pen_scene_errors *errors = &reading->errors;
 	struct pen_scene_error *error;
@@ -17,63 +36,76 @@ static void blame(struct pen_submission_reading *reading, const char *pointer, c
 	if (errors->count == PEN_SCENE_ERRORS_MAX)
 		return;
 	error = &errors->items[errors->count++];
-	(void)snprintf(error->pointer, sizeof error->pointer, "%s", pointer);
+	(void)snprintf(error->pointer, sizeof error->pointer, "%s", parent);
+	if (key)
+		extend_pointer(error->pointer, sizeof error->pointer, key);
 	(void)snprintf(error->detail, sizeof error->detail, "%s", detail);
 }
 
-static void read_name(struct pen_submission_reading *reading, const json_t *value)
+/* Each takes the value of an option into reading and returns NULL, or what is wrong with it. */
+
+static const char *read_name(struct pen_submission_reading *reading, const json_t *value)
 {
 	if (!json_is_string(value) || json_string_length(value) > PEN_NAME_MAX ||
-		strlen(json_string_value(value)) != json_string_length(value)) {
-		blame(reading, "/options/name", "must be a string of at most 256 bytes");
-		return;
-	}
+		strlen(json_string_value(value)) != json_string_length(value))
+		return "must be a string of at most 256 bytes";
 	(void)snprintf(reading->name, sizeof reading->name, "%s", json_string_value(value));
 	reading->submission.name = reading->name;
+	return NULL;
 }
 
-static void read_priority(struct pen_submission_reading *reading, const json_t *value)
+static const char *read_priority(struct pen_submission_reading *reading, const json_t *value)
 {
 	json_int_t number = json_integer_value(value);
 
 	if (!json_is_integer(value) || number < 0 || number > PRIORITY_MAX)
-		blame(reading, "/options/priority", "must be an integer from 0 to 100");
-	else
-		reading->submission.priority = (uint32_t)number;
+		return "must be an integer from 0 to 100";
+	reading->submission.priority = (uint32_t)number;
+	return NULL;
 }
 
-static void read_options(struct pen_submission_reading *reading, json_t *options)
+static const char *read_verify(struct pen_submission_reading *reading, const json_t *value)
 {
-	const char *key;
-	json_t *value;
+	(void)reading;
+	if (json_is_string(value) && strcmp(json_string_value(value), "none") == 0)
+		return NULL;
+	return "anything but \"none\" is not supported yet";
+}
 
-	if (!json_is_object(options)) {
-		blame(reading, "/options", "must be an object");
-		return;
+static const char *read_preview(struct pen_submission_reading *reading, const json_t *value)
+{
+	(void)reading;
+	return json_is_false(value) ? NULL : "anything but false is not supported yet";
+}
+
+static const char *not_supported(struct pen_submission_reading *reading, const json_t *value)
+{
+	(void)reading, (void)value;
+	return "is not supported yet";
+}
+
+static void read_option(
+	struct pen_submission_reading *reading, const char *key, const json_t *value)
+{
+	static const struct {
+		const char *key;
+		const char *(*read)(struct pen_submission_reading *reading, const json_t *value);
+	} options[] = {
+		{"name", read_name},
+		{"priority", read_priority},
+		{"verify", read_verify},
+		{"preview", read_preview},
+		{"deadline_s", not_supported},
+		{"replaces", not_supported},
+	};
+	const char *wrong = "is no option";
+
+	for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+		if (strcmp(key, options[i].key) == 0)
+			wrong = options[i].read(reading, value);
 	}
-	json_object_foreach (options, key, value) {
-		if (strcmp(key, "name") == 0) {
-			read_name(reading, value);
-		} else if (strcmp(key, "priority") == 0) {
-			read_priority(reading, value);
-		} else if (strcmp(key, "verify") == 0) {
-			if (!json_is_string(value) || strcmp(json_string_value(value), "none") != 0)
-				blame(reading, "/options/verify",
-					"only \"none\"; anything else is not supported yet");
-		} else if (strcmp(key, "preview") == 0) {
-			if (!json_is_false(value))
-				blame(reading, "/options/preview",
-					"only false; anything else is not supported yet");
-		} else if (strcmp(key, "deadline_s") == 0) {
-			blame(reading, "/options/deadline_s", "not supported yet");
-		} else if (strcmp(key, "replaces") == 0) {
-			blame(reading, "/options/replaces", "not supported yet");
-		} else {
-			blame(reading, "/options",
-				"has an unknown key; known are name, priority, verify, preview, "
-				"deadline_s and replaces");
-		}
-	}
+	if (wrong)
+		blame(reading, "/options", key, wrong);
 }
 
 /* The scene of an envelope with its override merged in; NULL after blame. Borrowed from tree. */
@@ -81,25 +113,27 @@ static json_t *open_envelope(struct pen_submission_reading *reading, json_t *tre
 {
 	json_t *scene = json_object_get(tree, "scene");
 	json_t *override = json_object_get(tree, "override");
+	json_t *options = json_object_get(tree, "options");
 	struct pen_error err = PEN_ERROR_INIT;
 	const char *key;
 	json_t *value;
 
 	json_object_foreach (tree, key, value) {
-		if (strcmp(key, "options") == 0)
-			read_options(reading, value);
-		else if (strcmp(key, "scene") != 0 && strcmp(key, "override") != 0)
-			blame(reading, "",
-				"has an unknown key; an envelope has scene, override and options");
+		if (value != scene && value != override && value != options)
+			blame(reading, "", key, "is unknown beside scene, override and options");
 	}
+	if (options && !json_is_object(options))
+		blame(reading, "/options", NULL, "must be an object");
+	json_object_foreach (options, key, value)
+		read_option(reading, key, value);
 	if (json_is_string(scene))
-		blame(reading, "/scene", "a scene by its hash is not supported yet");
+		blame(reading, "/scene", NULL, "a scene by its hash is not supported yet");
 	else if (!json_is_object(scene))
-		blame(reading, "/scene", "must be an object");
+		blame(reading, "/scene", NULL, "must be an object");
 	else if (override && !json_is_object(override))
-		blame(reading, "/override", "must be an object");
+		blame(reading, "/override", NULL, "must be an object");
 	else if (override && pen_json_merge_patch(scene, override, &err) < 0)
-		blame(reading, "/override", err.text);
+		blame(reading, "/override", NULL, err.text);
 	return reading->errors.count == 0 ? scene : NULL;
 }
 

@@ -136,12 +136,14 @@ def test_an_envelope_is_opened(server):
 ENVELOPES = [
     ({"scene": "sha256:" + "0" * 64}, "/scene"),
     ({"scene": 5}, "/scene"),
-    ({"scene": SCENE, "overide": {}}, ""),
+    ({"scene": SCENE, "overide": {}}, "/overide"),
+    ({"scene": SCENE, "a/~b": {}}, "/a~1~0b"),
+    ({"scene": SCENE, "x" * 4000: {}}, ""),
     ({"scene": SCENE, "override": []}, "/override"),
     ({"scene": {**SCENE, "x": 1}}, "/scene/x"),
     ({"scene": SCENE, "override": {"image": {"width": -1}}}, "/scene/image/width"),
     ({"scene": SCENE, "options": []}, "/options"),
-    ({"scene": SCENE, "options": {"colour": 1}}, "/options"),
+    ({"scene": SCENE, "options": {"colour": 1}}, "/options/colour"),
     ({"scene": SCENE, "options": {"priority": 101}}, "/options/priority"),
     ({"scene": SCENE, "options": {"priority": -1}}, "/options/priority"),
     ({"scene": SCENE, "options": {"priority": 5.5}}, "/options/priority"),
@@ -567,6 +569,16 @@ def test_only_the_local_host_names_are_answered(server, host, status):
     """Breaks if a web page can reach the service by a name that it made point here."""
     answer = server.get("/livez", Host=host)
     assert answer.status == status
+
+
+@pytest.mark.parametrize("origin, status", [
+    (None, 202), ("http://localhost:8080", 202), ("http://127.0.0.1", 202),
+    ("http://evil.example", 403), ("https://localhost.evil.example", 403), ("null", 403)])
+def test_pages_of_other_sites_change_nothing(server, origin, status):
+    """Breaks if a page that somebody visits can start renders on their machine."""
+    headers = {"Content-Type": "text/json", **({"Origin": origin} if origin else {})}
+    assert server.post(SCENE, headers.items()).status == status
+    assert server.get("/livez", **({"Origin": origin} if origin else {})).status == 200
 
 
 def test_a_request_without_host(server):
