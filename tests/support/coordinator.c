@@ -216,6 +216,17 @@ const struct pen_msg *coordinator_expect(struct coordinator *c, enum pen_frame_t
 	return &c->msg;
 }
 
+void coordinator_await_running(struct coordinator *c, uint64_t lease)
+{
+	int64_t end_ms = pen_clock_ms() + PATIENCE_MS;
+
+	while (c->heartbeat_lease != lease) {
+		if (pen_clock_ms() > end_ms)
+			fail_msg("lease %llu is not being rendered", (unsigned long long)lease);
+		assert_false(coordinator_receive(c, 5));
+	}
+}
+
 static struct pen_rect tile_of(uint64_t lease)
 {
 	uint32_t x0 = TILE_PX * (uint32_t)(lease % 8);
@@ -301,6 +312,15 @@ bool coordinator_lives(pid_t pid)
 	pid_t parent;
 
 	return read_stat(pid, name, &state, &parent) && state != 'Z';
+}
+
+pid_t coordinator_parent(pid_t pid)
+{
+	char name[16], state;
+	pid_t parent;
+
+	assert_true(read_stat(pid, name, &state, &parent));
+	return parent;
 }
 
 static bool descends(pid_t pid, pid_t ancestor)

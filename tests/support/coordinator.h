@@ -46,6 +46,9 @@ const struct pen_msg *coordinator_expect(struct coordinator *c, enum pen_frame_t
 /* Whether a message other than a heartbeat or SCENE_GET is there within ms; it stays in c->msg. */
 bool coordinator_receive(struct coordinator *c, int ms);
 
+/* Waits until a heartbeat says that lease is being rendered; nothing else may be told meanwhile. */
+void coordinator_await_running(struct coordinator *c, uint64_t lease);
+
 /* A lease on a 16x16 tile at x0 = 16 * (lease % 8) of the scene with this seed. */
 void coordinator_lease(struct coordinator *c, uint64_t lease, uint32_t seed, uint32_t deadline_ms);
 
@@ -62,6 +65,8 @@ void coordinator_expect_failure(
  */
 size_t coordinator_processes(
 	const struct coordinator *c, const char *name, pid_t *ret_pids, size_t max);
+
+pid_t coordinator_parent(pid_t pid);
 
 /* Whether a process runs; one that nobody has waited for yet does not. */
 bool coordinator_lives(pid_t pid);
