@@ -82,7 +82,7 @@ def service():
     with farm.Farm(2) as running:
         body = copy.deepcopy(GOOD)
         body["image"].update(width=320, height=240)
-        body["sampling"]["samples"] = 3000
+        body["sampling"]["samples"] = 500
         render = running.submit(body)
         running.wait_progress(render)
         yield running

@@ -10,19 +10,16 @@ import farm
 import pytest
 import scene
 
+WIDTH, HEIGHT, SAMPLES = 160, 120, 600
+
 
 def long_render(samples):
-    """About samples / 40 seconds of one core, in some hundred units."""
-    body = scene.build(
-        320, 240, samples,
+    return scene.build(
+        WIDTH, HEIGHT, samples,
         [scene.floor(), scene.sphere([0, 1, 0], 1, "satin"), scene.sphere([2, 1, -1], 1, "clear")],
         camera=scene.look([0, 2, 7], [0, 1, 0], aperture_radius=0.1, focus_distance=7),
         materials={"white": scene.matte(0.7), "satin": scene.glossy(0.3), "clear": scene.glass(0)},
         lights=[scene.panel([-2, 5, 0], [3, 0, 0], [0, 0, 3], 8)], background=0.2)
-    return body
-
-
-SAMPLES = 400
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +46,7 @@ def finish(service, render, undisturbed):
     """The render must end as if nothing had happened."""
     found = service.wait(render, 120)
     assert found["tiles_done"] == found["tiles_total"]
-    assert found["samples_done"] == 320 * 240 * SAMPLES
+    assert found["samples_done"] == WIDTH * HEIGHT * SAMPLES
     assert service.image(render) == undisturbed
 
 
@@ -111,7 +108,7 @@ def test_worker_that_joins_gets_work_at_once(service):
         return next((w for w in workers if w["name"] == "late"), None)
 
     farm.wait_for(late, 10, "the worker's connection")
-    farm.wait_for(lambda: late()["tiles_done"] > 0, 2, "its first finished unit")
+    farm.wait_for(lambda: late()["units_done"] > 0, 2, "its first finished unit")
     assert service.resource(render)["state"] == "running"
     assert service.patch(render, {"state": "cancelled"}).status == 200
 
