@@ -109,5 +109,10 @@ int pen_cli_fail(const struct pen_client *client, const struct pen_error *err)
 	(void)fprintf(stderr, "penumbra: %s\n", err->text);
 	if (client)
 		offenders_print(pen_client_answer(client));
-	return err->code == PEN_ECLOSED ? PEN_EXIT_UNREACHABLE : PEN_EXIT_FAILED;
+	switch (err->code) {
+	case PEN_ECLOSED: return PEN_EXIT_UNREACHABLE;
+	case PEN_EINVALID:
+	case PEN_ELIMIT: return PEN_EXIT_REFUSED;
+	default: return PEN_EXIT_FAILED;
+	}
 }

@@ -169,7 +169,7 @@ static int perform(
 	pen_buf_init(&url, PEN_URL_BYTES_MAX);
 	if (pen_buf_printf(&url, "%s%s", client->url, path) < 0) {
 		pen_buf_finish(&url);
-		return pen_error_set(err, PEN_ELIMIT, "the address is too long");
+		return pen_error_set(err, PEN_EIO, "the address is too long");
 	}
 	curl_easy_setopt(client->curl, CURLOPT_URL, url.data);
 	curl_easy_setopt(client->curl, CURLOPT_CUSTOMREQUEST, method);

@@ -33,7 +33,7 @@ static int directory_create(struct pen_private_farm *farm, struct pen_error *err
 		parent && *parent ? parent : "/tmp");
 
 	if (size < 0 || (size_t)size >= sizeof template)
-		return pen_error_set(err, PEN_ELIMIT, "TMPDIR is too long");
+		return pen_error_set(err, PEN_EIO, "TMPDIR is too long");
 	if (!mkdtemp(template))
 		return pen_error_system(err, errno, "create %s", template);
 	(void)snprintf(farm->directory, sizeof farm->directory, "%s", template);

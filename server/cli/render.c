@@ -134,20 +134,17 @@ static void outcome_print(const struct run *run)
 			"%s: rendered in %.2f s\n", run->outputs[i].path, run->resource.seconds);
 }
 
-static int run_through(struct run *run, bool *ret_refused)
+static int run_through(struct run *run)
 {
 	int r = pen_scene_text_read(run->options->operand, &run->scene, &run->err);
 
-	*ret_refused = pen_renders_refused(r);
 	if (r == 0)
 		r = outputs_open(run);
 	if (r == 0)
 		r = farm_open(run);
-	if (r < 0)
-		return r;
-	r = pen_renders_submit(
-		run->client, &run->scene, run->options->override, &run->resource, &run->err);
-	*ret_refused = pen_renders_refused(r);
+	if (r == 0)
+		r = pen_renders_submit(run->client, &run->scene, run->options->override,
+			&run->resource, &run->err);
 	if (r == 0)
 		r = render(run);
 	if (r == 0)
@@ -169,7 +166,6 @@ int pen_cli_render(int argc, char **argv)
 {
 	struct pen_options options;
 	struct run run = {.options = &options, .err = PEN_ERROR_INIT};
-	bool refused = false;
 	int code;
 
 	if (!pen_options_parse(&options, &usage, argc, argv, &code))
@@ -180,7 +176,7 @@ int pen_cli_render(int argc, char **argv)
 	}
 	pen_interrupt_catch();
 	pen_buf_init(&run.scene, PEN_SCENE_BYTES_MAX);
-	if (run_through(&run, &refused) == 0) {
+	if (run_through(&run) == 0) {
 		outcome_print(&run);
 	} else {
 		if (run.err.code == PEN_ECLOSED)
@@ -189,5 +185,5 @@ int pen_cli_render(int argc, char **argv)
 	}
 	run_finish(&run);
 	pen_options_finish(&options);
-	return refused && code == PEN_EXIT_FAILED ? PEN_EXIT_REFUSED : code;
+	return code;
 }

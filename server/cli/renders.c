@@ -62,11 +62,6 @@ static int path_of(const char *id, const char *rest, char *ret_path, struct pen_
 	return 0;
 }
 
-bool pen_renders_refused(int code)
-{
-	return code == PEN_EINVALID || code == PEN_ELIMIT;
-}
-
 int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
 	struct pen_error *err)
 {

@@ -13,10 +13,6 @@
 int pen_renders_submit(struct pen_client *client, const struct pen_buf *scene,
 	const json_t *override, struct pen_resource *ret_resource, struct pen_error *err);
 
-/* Whether what submitting, or reading the scene before, returned says that the scene is at fault.
- */
-bool pen_renders_refused(int code);
-
 int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
 	struct pen_error *err);
 

@@ -59,6 +59,5 @@ int pen_cli_submit(int argc, char **argv)
 		pen_print_json(pen_client_answer(session.client));
 	else if (r == 0)
 		(void)printf("%s\n", resource.id);
-	code = pen_session_close(&session, r);
-	return code == PEN_EXIT_FAILED && pen_renders_refused(r) ? PEN_EXIT_REFUSED : code;
+	return pen_session_close(&session, r);
 }
