@@ -2,7 +2,7 @@
 #include "server/sched.h"
 
 #include "core/base/limits.h"
-#include "server/tile_queue.h"
+#include "server/backlog.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -15,20 +15,9 @@
 /* What a unit is taken to cost while none of its job has been measured. */
 #define UNMEASURED_SECONDS 0.01
 
-enum tile_state { TILE_WAITING, TILE_LEASED, TILE_MERGING, TILE_DONE };
-
-struct tile {
-	enum tile_state state;
-	uint16_t round; /* the next one, so also how many are merged */
-	uint8_t faults, kills;
-	uint32_t epoch;
-	uint64_t blamed[PEN_BLAME_MAX - 1]; /* workers it failed on */
-};
-
 struct job {
 	uint64_t number;
-	struct pen_tiling tiling;
-	uint32_t samples, rounds;
+	struct pen_backlog backlog;
 	uint32_t priority;
 	bool paused;
 	bool started; /* it has had a lease since it was added */
@@ -37,9 +26,6 @@ struct job {
 	int64_t absent_ms;	   /* since when its class is absent; < 0: it is not */
 	double virtual_seconds;	   /* render seconds over weight, leased units included */
 	double seconds_per_sample; /* measured; 0: not yet */
-	uint32_t tiles_left;
-	struct tile *tiles;
-	struct pen_tile_queue waiting;
 	struct pen_error reason;
 	struct job *next; /* of the dropped ones */
 };
@@ -83,8 +69,7 @@ static void job_destroy(struct job *job)
 {
 	if (!job)
 		return;
-	pen_tile_queue_finish(&job->waiting);
-	free(job->tiles);
+	pen_backlog_finish(&job->backlog);
 	free(job);
 }
 
@@ -159,37 +144,22 @@ static int reserve_worker(struct pen_sched *sched, size_t leases)
 	return r < 0 ? r : reserve_actions(sched, leases, 0);
 }
 
-static void fill_tiles(struct job *job, const uint16_t *rounds)
-{
-	job->tiles_left = 0;
-	for (uint32_t i = 0; i < job->tiling.count; i++) {
-		struct tile *tile = &job->tiles[i];
-
-		tile->round = rounds ? rounds[i] : 0;
-		assert(tile->round <= job->rounds);
-		if (tile->round == job->rounds) {
-			tile->state = TILE_DONE;
-			continue;
-		}
-		job->tiles_left++;
-		pen_tile_queue_push(&job->waiting, i, tile->round);
-	}
-}
-
 int pen_sched_add_job(
 	struct pen_sched *sched, const struct pen_sched_job *given, struct pen_error *err)
 {
 	struct job *job = calloc(1, sizeof *job);
-	int r = job ? reserve_job(sched) : PEN_ENOMEM;
+	int r;
 
-	if (r < 0) {
+	if (!job || reserve_job(sched) < 0) {
 		free(job);
 		return pen_error_memory(err);
 	}
+	r = pen_backlog_init(&job->backlog, given->tiling, given->samples, given->rounds, err);
+	if (r < 0) {
+		free(job);
+		return r;
+	}
 	job->number = given->number;
-	job->tiling = *given->tiling;
-	job->samples = given->samples;
-	job->rounds = pen_round_count(given->samples);
 	job->priority = given->priority;
 	job->paused = given->paused;
 	job->absent_ms = -1;
@@ -197,14 +167,6 @@ int pen_sched_add_job(
 	if (given->equivalence_class)
 		(void)snprintf(job->equivalence_class, sizeof job->equivalence_class, "%s",
 			given->equivalence_class);
-	job->tiles = calloc(job->tiling.count, sizeof *job->tiles);
-	r = job->tiles ? pen_tile_queue_init(&job->waiting, &job->tiling, err)
-		       : pen_error_memory(err);
-	if (r < 0) {
-		job_destroy(job);
-		return r;
-	}
-	fill_tiles(job, given->rounds);
 	sched->jobs[sched->job_count++] = job;
 	return 0;
 }
@@ -273,18 +235,11 @@ static struct pen_sched_action *act(
 	return action;
 }
 
-static uint64_t unit_samples(const struct job *job, uint32_t tile, uint32_t round)
-{
-	struct pen_round samples = pen_round_get(job->samples, round);
-
-	return pen_rect_area(pen_tiling_rect(&job->tiling, tile)) * (samples.end - samples.first);
-}
-
 static double predicted_seconds(const struct job *job, const struct pen_sched_lease *lease)
 {
 	if (job->seconds_per_sample <= 0)
 		return UNMEASURED_SECONDS;
-	return job->seconds_per_sample * (double)unit_samples(job, lease->tile, lease->round);
+	return job->seconds_per_sample * (double)pen_backlog_samples(&job->backlog, lease->tile);
 }
 
 static double weight(const struct job *job)
@@ -310,16 +265,11 @@ static void revoke(struct pen_sched *sched, struct worker *worker, struct pen_sc
 	end_lease(worker, lease);
 }
 
-/* Takes the unit of a lease that brought nothing back into the queue; late results are fenced. */
+/* The unit of a lease that brought nothing waits again; nobody pays for it. */
 static void requeue(struct job *job, const struct pen_sched_lease *lease)
 {
-	struct tile *tile = &job->tiles[lease->tile];
-
-	assert(tile->state == TILE_LEASED);
-	tile->state = TILE_WAITING;
-	tile->epoch++;
 	job->virtual_seconds -= lease->charge;
-	pen_tile_queue_push(&job->waiting, lease->tile, tile->round);
+	pen_backlog_return(&job->backlog, lease->tile);
 }
 
 static void revoke_all(struct pen_sched *sched, struct job *job)
@@ -344,8 +294,7 @@ static void drop_job(struct pen_sched *sched, struct job *job)
 	size_t place = 0;
 
 	revoke_all(sched, job);
-	for (uint32_t i = 0; i < job->tiling.count; i++)
-		sched->merging -= job->tiles[i].state == TILE_MERGING;
+	sched->merging -= job->backlog.merging;
 	while (sched->jobs[place] != job)
 		place++;
 	sched->jobs[place] = sched->jobs[--sched->job_count];
@@ -359,21 +308,13 @@ static void fail_job(struct pen_sched *sched, struct job *job)
 	drop_job(sched, job);
 }
 
-/* Blame: whether the job can go on after the fault of a unit. */
-static bool blame(
-	struct job *job, const struct pen_sched_lease *lease, uint64_t worker, const char *reason)
+static void tell_blame(struct job *job, uint32_t tile, const char *reason)
 {
-	struct pen_rect rect = pen_tiling_rect(&job->tiling, lease->tile);
-	struct tile *tile = &job->tiles[lease->tile];
+	struct pen_rect rect = pen_tiling_rect(&job->backlog.tiling, tile);
 
-	if (tile->faults < PEN_BLAME_MAX - 1) {
-		tile->blamed[tile->faults++] = worker;
-		return true;
-	}
 	(void)pen_error_set(&job->reason, PEN_EIO,
-		"tile %u (pixels %u,%u to %u,%u) failed %u times; the last time: %s", lease->tile,
-		rect.x0, rect.y0, rect.x1, rect.y1, PEN_BLAME_MAX, reason);
-	return false;
+		"tile %u (pixels %u,%u to %u,%u) failed %u times; the last time: %s", tile, rect.x0,
+		rect.y0, rect.x1, rect.y1, PEN_BLAME_MAX, reason);
 }
 
 /* Ends a lease without pixels, whatever the fault. */
@@ -383,13 +324,15 @@ static void lose_unit(struct pen_sched *sched, struct worker *worker, struct pen
 	struct job *job = job_of(sched, lease);
 	bool survives = true;
 
-	if (fault == PEN_SCHED_FAULT_KILLED && job->tiles[lease->tile].kills++ >= PEN_KILLS_MAX)
+	if (fault == PEN_SCHED_FAULT_KILLED && !pen_backlog_excuse(&job->backlog, lease->tile))
 		fault = PEN_SCHED_FAULT_OWN;
 	if (fault == PEN_SCHED_FAULT_SCENE) {
 		(void)pen_error_set(&job->reason, PEN_EINVALID, "%s", reason);
 		survives = false;
 	} else if (fault == PEN_SCHED_FAULT_OWN) {
-		survives = blame(job, lease, worker->id, reason);
+		survives = pen_backlog_blame(&job->backlog, lease->tile, worker->id);
+		if (!survives)
+			tell_blame(job, lease->tile, reason);
 	}
 	requeue(job, lease);
 	end_lease(worker, lease);
@@ -399,14 +342,6 @@ static void lose_unit(struct pen_sched *sched, struct worker *worker, struct pen
 
 /* Leases begin */
 
-static bool blamed(const struct tile *tile, uint64_t worker)
-{
-	for (uint8_t i = 0; i < tile->faults; i++)
-		if (tile->blamed[i] == worker)
-			return true;
-	return false;
-}
-
 static bool serves(const struct worker *worker, const struct job *job)
 {
 	return !worker->draining &&
@@ -415,14 +350,17 @@ static bool serves(const struct worker *worker, const struct job *job)
 }
 
 /* Whether a tile that failed on worker had better wait for another one. */
-static bool avoids(const struct pen_sched *sched, const struct job *job, const struct tile *tile,
+static bool avoids(const struct pen_sched *sched, const struct job *job, uint32_t tile,
 	const struct worker *worker)
 {
-	if (!blamed(tile, worker->id))
+	if (!pen_backlog_failed_on(&job->backlog, tile, worker->id))
 		return false;
-	for (size_t i = 0; i < sched->worker_count; i++)
-		if (serves(sched->workers[i], job) && !blamed(tile, sched->workers[i]->id))
+	for (size_t i = 0; i < sched->worker_count; i++) {
+		const struct worker *other = sched->workers[i];
+
+		if (serves(other, job) && !pen_backlog_failed_on(&job->backlog, tile, other->id))
 			return true;
+	}
 	return false;
 }
 
@@ -430,13 +368,11 @@ static bool avoids(const struct pen_sched *sched, const struct job *job, const s
 static bool find_unit(const struct pen_sched *sched, const struct job *job,
 	const struct worker *worker, uint32_t *ret_place)
 {
-	const struct pen_tile_queue *waiting = &job->waiting;
+	const struct pen_tile_queue *waiting = &job->backlog.waiting;
 	bool found = false;
 
 	for (uint32_t i = 0; i < waiting->count; i++) {
-		const struct tile *tile = &job->tiles[pen_tile_queue_at(waiting, i)];
-
-		if (avoids(sched, job, tile, worker))
+		if (avoids(sched, job, pen_tile_queue_at(waiting, i), worker))
 			continue;
 		if (!found || pen_tile_queue_before(waiting, i, *ret_place))
 			*ret_place = i;
@@ -487,34 +423,32 @@ static void start_job(struct pen_sched *sched, struct job *job, const struct wor
 
 static void grant(struct pen_sched *sched, struct worker *worker, struct job *job, uint32_t place)
 {
-	uint32_t index = pen_tile_queue_at(&job->waiting, place);
-	struct tile *tile = &job->tiles[index];
 	struct pen_sched_lease *lease = worker->leases;
 	struct pen_sched_action *action;
+	uint32_t tile;
 
 	if (!job->started)
 		start_job(sched, job, worker);
 	while (lease->id != 0)
 		lease++;
+	tile = pen_backlog_take(&job->backlog, place);
 	*lease = (struct pen_sched_lease){
 		.id = ++sched->lease_last,
 		.job = job->number,
-		.tile = index,
-		.round = tile->round,
-		.epoch = tile->epoch,
+		.tile = tile,
+		.round = pen_backlog_round(&job->backlog, tile),
+		.epoch = pen_backlog_epoch(&job->backlog, tile),
 		.granted_ms = sched->now_ms,
 	};
 	lease->charge = predicted_seconds(job, lease) / weight(job);
 	sched->virtual_seconds = job->virtual_seconds;
 	job->virtual_seconds += lease->charge;
 	worker->lease_count++;
-	tile->state = TILE_LEASED;
-	pen_tile_queue_remove(&job->waiting, place);
 
 	action = act(sched, PEN_SCHED_LEASE, job);
 	action->worker = worker->id;
 	action->lease = lease->id;
-	action->tile = index;
+	action->tile = tile;
 	action->round = lease->round;
 	action->epoch = lease->epoch;
 }
@@ -632,31 +566,20 @@ static void handle_result(struct pen_sched *sched, struct worker *worker,
 	struct pen_sched_lease *lease, double seconds)
 {
 	struct job *job = job_of(sched, lease);
-	double per_sample = seconds / (double)unit_samples(job, lease->tile, lease->round);
+	double samples = (double)pen_backlog_samples(&job->backlog, lease->tile);
 
 	job->virtual_seconds += seconds / weight(job) - lease->charge;
-	job->seconds_per_sample +=
-		(job->seconds_per_sample > 0 ? 0.25 : 1.0) * (per_sample - job->seconds_per_sample);
-	job->tiles[lease->tile].state = TILE_MERGING;
+	job->seconds_per_sample += (job->seconds_per_sample > 0 ? 0.25 : 1.0) *
+				   (seconds / samples - job->seconds_per_sample);
+	pen_backlog_deliver(&job->backlog, lease->tile);
 	sched->merging++;
 	end_lease(worker, lease);
 }
 
-static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t index)
+static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t tile)
 {
-	struct tile *tile = &job->tiles[index];
-
-	assert(tile->state == TILE_MERGING);
 	sched->merging--;
-	tile->round++;
-	tile->faults = tile->kills = 0;
-	if (tile->round < job->rounds) {
-		tile->state = TILE_WAITING;
-		pen_tile_queue_push(&job->waiting, index, tile->round);
-		return;
-	}
-	tile->state = TILE_DONE;
-	if (--job->tiles_left > 0)
+	if (!pen_backlog_merged(&job->backlog, tile))
 		return;
 	(void)act(sched, PEN_SCHED_RENDERED, job);
 	drop_job(sched, job);
@@ -767,7 +690,7 @@ uint64_t pen_sched_waiting(const struct pen_sched *sched)
 
 	for (size_t i = 0; i < sched->job_count; i++)
 		if (!sched->jobs[i]->paused)
-			count += sched->jobs[i]->waiting.count;
+			count += sched->jobs[i]->backlog.waiting.count;
 	return count;
 }
 

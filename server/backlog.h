@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SERVER_BACKLOG_H
+#define PEN_SERVER_BACKLOG_H
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/tile.h"
+#include "server/tile_queue.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/*
+ * The units of one job: a unit is one round of one tile, and a tile's rounds come strictly in
+ * order, one at a time: it waits, is out with a worker, merges, and waits again with its next
+ * round. Remembers who failed at a unit, and how often.
+ */
+struct pen_backlog {
+	struct pen_tiling tiling;
+	uint32_t samples, rounds;
+	uint32_t tiles_left; /* that lack a round */
+	uint32_t merging;    /* tiles */
+	struct pen_backlog_tile *tiles;
+	struct pen_tile_queue waiting;
+};
+
+/* rounds: how many of each tile are merged already; NULL: none. Takes all the memory needed. */
+int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling, uint32_t samples,
+	const uint16_t *rounds, struct pen_error *err);
+void pen_backlog_finish(struct pen_backlog *backlog);
+
+/* Samples of a tile's next round, over all its pixels. */
+uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t tile);
+
+/* The next round of a tile, and how often it was given back. */
+uint32_t pen_backlog_round(const struct pen_backlog *backlog, uint32_t tile);
+uint32_t pen_backlog_epoch(const struct pen_backlog *backlog, uint32_t tile);
+
+/* Whether the tile's next round has failed on worker. */
+bool pen_backlog_failed_on(const struct pen_backlog *backlog, uint32_t tile, uint64_t worker);
+
+/* The unit at a place of the queue goes out; tells its tile. */
+uint32_t pen_backlog_take(struct pen_backlog *backlog, uint32_t place);
+
+/* What went out comes back unrendered: it waits again, in a new epoch. */
+void pen_backlog_return(struct pen_backlog *backlog, uint32_t tile);
+
+/* What went out has been rendered, and is being merged. */
+void pen_backlog_deliver(struct pen_backlog *backlog, uint32_t tile);
+
+/* It is merged. True when it was the last unit of all. */
+bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t tile);
+
+/* The unit failed on worker by its own fault. False when that was once too often. */
+bool pen_backlog_blame(struct pen_backlog *backlog, uint32_t tile, uint64_t worker);
+
+/* The unit was killed from outside. False when that counts as its own fault by now. */
+bool pen_backlog_excuse(struct pen_backlog *backlog, uint32_t tile);
+
+#endif
