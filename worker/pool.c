@@ -73,11 +73,11 @@ static void send_failure(
 /* The lease ends without pixels. */
 static void fail(struct pool *pool, struct lease *lease, enum pen_fault fault, const char *reason)
 {
-	if (!lease->revoked)
+	if (!lease->revoked) {
+		pen_log(fault == PEN_FAULT_RETURNED ? PEN_LOG_DEBUG : PEN_LOG_WARNING,
+			"tile %u, round %u: %s", lease->msg.tile, lease->msg.round, reason);
 		send_failure(pool, lease->msg.lease, fault, reason);
-	if (fault == PEN_FAULT_CRASH || fault == PEN_FAULT_DEADLINE)
-		pen_log(PEN_LOG_WARNING, "tile %u, round %u: %s", lease->msg.tile, lease->msg.round,
-			reason);
+	}
 	remove_lease(pool, lease);
 }
 
@@ -85,9 +85,9 @@ static struct lease *find_lease(struct pool *pool, uint64_t id)
 {
 	struct lease *lease;
 
-	TAILQ_FOREACH(lease, &pool->leases, link)
-	if (lease->msg.lease == id)
-		return lease;
+	TAILQ_FOREACH (lease, &pool->leases, link)
+		if (lease->msg.lease == id)
+			return lease;
 	return NULL;
 }
 
@@ -164,9 +164,9 @@ static bool handle_in_use(void *user, const struct pen_sha256 *sha256)
 	struct pool *pool = user;
 	struct lease *lease;
 
-	TAILQ_FOREACH(lease, &pool->leases, link)
-	if (pen_sha256_equal(&lease->msg.scene_sha256, sha256))
-		return true;
+	TAILQ_FOREACH (lease, &pool->leases, link)
+		if (pen_sha256_equal(&lease->msg.scene_sha256, sha256))
+			return true;
 	return false;
 }
 
@@ -176,11 +176,11 @@ static void handle_crashed(
 	struct pool *pool = user;
 	struct lease *lease;
 
-	TAILQ_FOREACH(lease, &pool->leases, link)
-	if (pen_sha256_equal(&lease->msg.scene_sha256, sha256)) {
-		fail(pool, lease, fault, reason);
-		return;
-	}
+	TAILQ_FOREACH (lease, &pool->leases, link)
+		if (pen_sha256_equal(&lease->msg.scene_sha256, sha256)) {
+			fail(pool, lease, fault, reason);
+			return;
+		}
 }
 
 static void handle_changed(void *user)
