@@ -58,7 +58,4 @@ void pen_camera_generate(const struct pen_camera *camera, uint32_t n, const floa
 	const float *film_y, const float *lens_u, const float *lens_v, const float *time,
 	const struct pen_camera_rays *ret_rays);
 
-/* Where it looks at a time: unit vector (for depth along the view axis). */
-struct pen_vec3 pen_camera_forward(const struct pen_camera *camera, float time);
-
 #endif

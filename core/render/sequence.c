@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/sequence.h"
 
+#include "core/base/limits.h"
+
 #include <assert.h>
+
+_Static_assert(PEN_SAMPLES_MAX <= 1u << PEN_SOBOL_BITS, "an index has PEN_SOBOL_BITS bits");
+_Static_assert(PEN_IMAGE_SIDE_MAX <= 1u << 16, "a pixel's key holds two halves of 32 bits");
 
 /* The seeds of the camera's dimensions are apart from those of every group. */
 #define CAMERA_SALT 0x5bd1e995u
