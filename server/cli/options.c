@@ -50,7 +50,9 @@ static void override_set(
 
 static bool output_add(struct pen_options *options, const char *path)
 {
-	if (options->output_count == PEN_OUTPUTS_MAX || !pen_output_format(path))
+	enum pen_image_format format;
+
+	if (options->output_count == PEN_OUTPUTS_MAX || !pen_output_format(path, &format))
 		return false;
 	options->outputs[options->output_count++] = path;
 	return true;

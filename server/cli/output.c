@@ -1,25 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/cli/output.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *pen_output_format(const char *path)
+bool pen_output_format(const char *path, enum pen_image_format *ret_format)
 {
-	static const char *const formats[] = {"png", "exr", "jpg", "hdr"};
 	const char *extension = strrchr(path, '.');
 
-	for (size_t i = 0; extension && i < sizeof formats / sizeof *formats; i++)
-		if (strcasecmp(extension + 1, formats[i]) == 0)
-			return formats[i];
-	return NULL;
+	return extension && pen_image_format_parse(extension + 1, ret_format);
 }
 
 /* The mode that a plain open() would have given: mkostemp asks for 0600. */
@@ -33,8 +27,9 @@ static mode_t usual_mode(void)
 
 int pen_output_open(struct pen_output *output, const char *path, struct pen_error *err)
 {
-	*output = (struct pen_output){.path = path, .format = pen_output_format(path), .fd = -1};
-	assert(output->format);
+	*output = (struct pen_output){.path = path, .fd = -1};
+	if (!pen_output_format(path, &output->format))
+		return pen_error_set(err, PEN_EUNSUPPORTED, "%s: no such format", path);
 	if (asprintf(&output->temporary, "%s.XXXXXX", path) < 0) {
 		output->temporary = NULL;
 		return pen_error_memory(err);

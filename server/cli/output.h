@@ -3,20 +3,23 @@
 #define PEN_SERVER_CLI_OUTPUT_H
 
 #include "core/base/error.h"
+#include "core/base/format.h"
+
+#include <stdbool.h>
 
 /*
  * An image file that appears under its name only when it is whole: it is written beside it under
  * another name, which is gone after finish in any case.
  */
 struct pen_output {
-	const char *path;   /* borrowed */
-	const char *format; /* "png", "exr", "jpg" or "hdr" */
-	char *temporary;    /* NULL once it has its name */
+	const char *path; /* borrowed */
+	enum pen_image_format format;
+	char *temporary; /* NULL once it has its name */
 	int fd;
 };
 
-/* The format that path's extension stands for, or NULL: .png .exr .jpg .hdr, in any case. */
-const char *pen_output_format(const char *path);
+/* The format that path's extension stands for; false when it stands for none. */
+bool pen_output_format(const char *path, enum pen_image_format *ret_format);
 
 /* Opens the file, so that a place that cannot be written to is told before the render. */
 int pen_output_open(struct pen_output *output, const char *path, struct pen_error *err);

@@ -124,13 +124,13 @@ int pen_renders_outcome(
 		pen_resource_reason(pen_client_answer(client)));
 }
 
-int pen_renders_download(struct pen_client *client, const char *id, const char *format, int fd,
-	struct pen_error *err)
+int pen_renders_download(struct pen_client *client, const char *id, enum pen_image_format format,
+	int fd, struct pen_error *err)
 {
 	char path[PATH_SIZE], name[16];
 	int r;
 
-	(void)snprintf(name, sizeof name, "/image.%s", format);
+	(void)snprintf(name, sizeof name, "/image.%s", pen_image_format_extension(format));
 	r = path_of(id, name, path, err);
 	if (r == 0)
 		r = pen_client_download(client, path, fd, err);

@@ -3,6 +3,7 @@
 #define PEN_SERVER_CLI_RENDERS_H
 
 #include "core/base/buf.h"
+#include "core/base/format.h"
 #include "server/cli/client.h"
 #include "server/cli/progress.h"
 #include "server/cli/resource.h"
@@ -36,8 +37,8 @@ int pen_renders_follow(struct pen_client *client, const struct pen_follow *follo
 int pen_renders_outcome(
 	struct pen_client *client, const struct pen_resource *resource, struct pen_error *err);
 
-/* Writes the image in format ("png", …) to fd; waits while the server has too many to encode. */
-int pen_renders_download(struct pen_client *client, const char *id, const char *format, int fd,
-	struct pen_error *err);
+/* Writes the image to fd; waits while the server has too many to encode. */
+int pen_renders_download(struct pen_client *client, const char *id, enum pen_image_format format,
+	int fd, struct pen_error *err);
 
 #endif
