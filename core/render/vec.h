@@ -48,6 +48,11 @@ PEN_LANE struct pen_vec3 pen_sub(struct pen_vec3 a, struct pen_vec3 b)
 	return pen_vec3(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
+PEN_LANE struct pen_vec3 pen_scale(struct pen_vec3 a, float s)
+{
+	return pen_vec3(a.x * s, a.y * s, a.z * s);
+}
+
 /* a + s * b */
 PEN_LANE struct pen_vec3 pen_madd(struct pen_vec3 a, float s, struct pen_vec3 b)
 {

@@ -45,8 +45,7 @@ PEN_LANE struct pen_vec2 pen_warp_disk(float u, float v)
 	const int wide = fabsf(a) > fabsf(b);
 	const float r = wide ? a : b;
 	const float other = wide ? b : a;
-	/* In eighths of a turn. The summand is lost on all but r = 0, and there makes it 0 / tiny.
-	 */
+	/* In eighths of a turn; the summand is lost but where r = 0, and there makes it 0. */
 	const float angle = other / (r + 0x1p-60f);
 	const struct pen_sincos sc = pen_sincos_turns(0.125f * angle);
 
