@@ -59,8 +59,8 @@ suite() {
 }
 
 ctest_suite() {
-    local name=$1 budget=$2 preset=$3 label=$4
-    suite "$name" "$budget" ctest --test-dir "build/$preset" -L "^$label\$" --output-on-failure \
+    local name=$1 budget=$2 preset=$3 label=$4 # a regular expression
+    suite "$name" "$budget" ctest --test-dir "build/$preset" -L "^($label)\$" --output-on-failure \
         --no-tests=error --output-junit "$PWD/$logs/$name.xml"
 }
 
@@ -101,8 +101,8 @@ run_all() {
     build asan
     pytest_suite lint 60 tests/lint
     suite check 300 deploy/check.sh
-    ctest_suite unit 60 release unit
-    ctest_suite unit-asan 120 asan unit
+    ctest_suite unit 60 release 'unit|integration'
+    ctest_suite unit-asan 120 asan 'unit|integration'
     ctest_suite stat 120 release stat
     for entry in integration:420 stat:180 reference:300 chaos:180; do
         local directory=${entry%:*}
