@@ -36,7 +36,7 @@ int pen_framebuf_merge(int fd, const struct pen_tiling *tiling, uint32_t index, 
 	const float *pixels, uint64_t *ret_xxh3, struct pen_error *err);
 
 /* The xxh3 of a tile's bytes in the file. */
-int pen_framebuf_hash(int fd, const struct pen_tiling *tiling, uint32_t index,
-	uint64_t *ret_xxh3, struct pen_error *err);
+int pen_framebuf_hash(int fd, const struct pen_tiling *tiling, uint32_t index, uint64_t *ret_xxh3,
+	struct pen_error *err);
 
 #endif
