@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that Penumbra is built with and runs on; with --tests also those
-# that its tests and checks need. Quick when nothing is missing. Runs as root or through sudo.
+# that its tests and checks need, with --bench those that it is measured against. Quick when nothing
+# is missing. Runs as root or through sudo.
 set -euo pipefail
 
 packages=(
@@ -39,16 +40,23 @@ test_packages=(
     mandoc                      # manual pages
 )
 
+bench_packages=(
+    blender                     # Cycles, the path tracer to compare with
+    povray                      # the other one
+)
+
 usage() {
-    echo "usage: deploy/install-deps.sh [--tests]"
+    echo "usage: deploy/install-deps.sh [--tests] [--bench]"
 }
 
-case "${1-}" in
-    "") ;;
-    --tests) packages+=("${test_packages[@]}") ;;
-    --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-esac
+for option in "$@"; do
+    case $option in
+        --tests) packages+=("${test_packages[@]}") ;;
+        --bench) packages+=("${bench_packages[@]}") ;;
+        --help) usage; exit 0 ;;
+        *) usage >&2; exit 2 ;;
+    esac
+done
 
 missing=()
 for package in "${packages[@]}"; do

@@ -130,7 +130,9 @@ case "${1-}" in
 esac
 
 mkdir -p "$logs"
-deploy/install-deps.sh --tests || exit 1
+needs=(--tests)
+[ "${1-}" != long ] || needs+=(--bench)
+deploy/install-deps.sh "${needs[@]}" || exit 1
 case "${1-}" in
     quick) run_quick ;;
     long) run_long "$2" ;;
