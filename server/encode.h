@@ -32,8 +32,10 @@ struct pen_encoding {
  */
 typedef void pen_encoding_fn(void *user, int fd, uint64_t size, const struct pen_error *err);
 
-/* cache_dir exists and gets the files, which never have a name for long; program is the path of
- * penumbra-encoder. */
+/*
+ * Starts the first helper. program is the path of penumbra-encoder; cache_dir exists and gets the
+ * files, which have no name and so vanish with the coordinator.
+ */
 int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_dir,
 	struct pen_encoders **ret_encoders, struct pen_error *err);
 

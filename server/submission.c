@@ -124,8 +124,9 @@ static json_t *open_envelope(struct pen_submission_reading *reading, json_t *tre
 	}
 	if (options && !json_is_object(options))
 		blame(reading, "/options", NULL, "must be an object");
-	json_object_foreach (options, key, value)
+	json_object_foreach (options, key, value) {
 		read_option(reading, key, value);
+	}
 	if (json_is_string(scene))
 		blame(reading, "/scene", NULL, "a scene by its hash is not supported yet");
 	else if (!json_is_object(scene))

@@ -275,6 +275,22 @@ def test_the_largest_body_is_taken(server):
     assert server.post(body.ljust(8 * MIB + (64 << 10))).status in (202, 400)
 
 
+def test_the_bodies_of_all_requests_together_are_bounded():
+    """Breaks if many large bodies fill the memory, or the room they took is not given back."""
+    with Server() as server:
+        head = b"POST /v1/renders HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n"
+        links = [socket.create_connection(("127.0.0.1", server.port)) for _ in range(40)]
+        for link in links:
+            link.sendall(head % (8 * MIB) + b" " * (8 * MIB - 1))
+        refused = farm.wait_for(lambda: select.select(links, [], [], 0)[0], 5, "a refusal")
+        assert refused[0].recv(65536).startswith(b"HTTP/1.1 503")
+        assert server.get("/livez").status == 200
+        for link in links:
+            link.close()
+        farm.wait_for(lambda: server.post(json.dumps(SCENE).ljust(8 * MIB)).status == 202, 5,
+                      "room for a body")
+
+
 # The resource
 
 
