@@ -185,9 +185,7 @@ static int parse_option(
 	case TILE: return parse_tile(value, &config->tile_px, err);
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH: config->parent_death = true; return 0;
-	case HELP: config->help = true; return 0;
-	case ':': return pen_error_set(err, PEN_EINVALID, "an option lacks its value");
-	default: return pen_error_set(err, PEN_EINVALID, "there is no such option");
+	default: config->help = true; return 0;
 	}
 }
 
@@ -201,8 +199,13 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 	(void)parse_host("127.0.0.1", 8080, &config.listen);
 	(void)parse_host("127.0.0.1", 8081, &config.worker_listen);
 	optind = 1;
-	while (r == 0 && (option = getopt_long(argc, argv, ":", options, NULL)) != -1)
-		r = parse_option(&config, option, optarg, err);
+	while (r == 0 && (option = getopt_long(argc, argv, ":", options, NULL)) != -1) {
+		if (option == ':' || option == '?')
+			r = pen_error_set(err, PEN_EINVALID, "%s is no option, or lacks its value",
+				argv[optind - 1]);
+		else
+			r = parse_option(&config, option, optarg, err);
+	}
 	if (r == 0 && optind < argc)
 		r = pen_error_set(err, PEN_EINVALID, "serve takes options only");
 	if (r == 0 && config.data_dir[0] == '\0')
