@@ -68,8 +68,8 @@ void pen_frame_reader_fed(struct pen_frame_reader *reader, size_t size);
  * The next whole frame: 1 and *ret_frame (valid until the next call on the reader), 0 when more
  * bytes are needed, PEN_EPROTOCOL when the stream is broken, for good.
  */
-int pen_frame_reader_next(struct pen_frame_reader *reader, struct pen_frame *ret_frame,
-	struct pen_error *err);
+int pen_frame_reader_next(
+	struct pen_frame_reader *reader, struct pen_frame *ret_frame, struct pen_error *err);
 
 /* The cap on the control bytes of a type. */
 size_t pen_frame_control_max(enum pen_frame_type type);

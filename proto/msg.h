@@ -118,7 +118,7 @@ int pen_msg_read(const struct pen_frame *frame, struct pen_arena *arena, struct 
 	struct pen_error *err);
 
 /* Encodes msg as one frame at the end of out; see pen_frame_write. */
-int pen_msg_write(const struct pen_msg *msg, struct pen_buf *out, uint32_t *sequence,
-	struct pen_error *err);
+int pen_msg_write(
+	const struct pen_msg *msg, struct pen_buf *out, uint32_t *sequence, struct pen_error *err);
 
 #endif

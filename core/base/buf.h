@@ -32,10 +32,12 @@ int pen_buf_printf(struct pen_buf *buf, const char *format, ...)
 /* Drops the first size bytes (size <= buf->size). */
 void pen_buf_consume(struct pen_buf *buf, size_t size);
 
-/* Makes room for size more bytes and returns where they go; NULL as append fails. Then add to size. */
+/* Makes room for size more bytes and returns where they go; NULL as append fails. Then add to size.
+ */
 void *pen_buf_reserve(struct pen_buf *buf, size_t size);
 
-/* Hands the bytes to the caller, who frees them; the buffer is empty afterwards. May return NULL. */
+/* Hands the bytes to the caller, who frees them; the buffer is empty afterwards. May return NULL.
+ */
 char *pen_buf_take(struct pen_buf *buf);
 
 #endif

@@ -6,8 +6,8 @@
 #include <string.h>
 #include <xxhash.h>
 
-int pen_sha256_of(const void *data, size_t size, struct pen_sha256 *ret_digest,
-	struct pen_error *err)
+int pen_sha256_of(
+	const void *data, size_t size, struct pen_sha256 *ret_digest, struct pen_error *err)
 {
 	struct pen_sha256 digest;
 	int r = gnutls_hash_fast(GNUTLS_DIG_SHA256, data, size, digest.bytes);

@@ -15,8 +15,8 @@ struct pen_sha256 {
 
 enum { PEN_SHA256_TEXT = 65 }; /* 64 hex digits and a NUL */
 
-int pen_sha256_of(const void *data, size_t size, struct pen_sha256 *ret_digest,
-	struct pen_error *err);
+int pen_sha256_of(
+	const void *data, size_t size, struct pen_sha256 *ret_digest, struct pen_error *err);
 
 /* Lower-case hex; ret_text holds PEN_SHA256_TEXT characters. */
 void pen_sha256_format(const struct pen_sha256 *digest, char *ret_text);

@@ -7,7 +7,7 @@ enum pen_code {
 	PEN_OK = 0,
 	PEN_EINVALID = -1,     /* what was given is wrong; the text names the culprit */
 	PEN_ENOMEM = -2,       /* an allocation failed */
-	PEN_EIO = -3,          /* the system refused; the text holds strerror */
+	PEN_EIO = -3,	       /* the system refused; the text holds strerror */
 	PEN_ELIMIT = -4,       /* a bound of core/base/limits.h was passed */
 	PEN_ENOTFOUND = -5,    /* no such thing */
 	PEN_EPROTOCOL = -6,    /* a peer broke the protocol */
@@ -27,13 +27,17 @@ struct pen_error {
 	char text[512];
 };
 
-#define PEN_ERROR_INIT {.code = PEN_OK, .text = ""}
+#define PEN_ERROR_INIT                                                                             \
+	{                                                                                          \
+		.code = PEN_OK, .text = ""                                                         \
+	}
 
 /* Fills *err (which may be NULL) and returns code, so that a failing function ends in one line. */
 int pen_error_set(struct pen_error *err, int code, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
-/* As pen_error_set with PEN_EIO (PEN_ENOSPACE for ENOSPC and EDQUOT); appends strerror(errno_value). */
+/* As pen_error_set with PEN_EIO (PEN_ENOSPACE for ENOSPC and EDQUOT); appends
+ * strerror(errno_value). */
 int pen_error_system(struct pen_error *err, int errno_value, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 

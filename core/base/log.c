@@ -33,8 +33,8 @@ void pen_log(enum pen_log_level level, const char *format, ...)
 	(void)clock_gettime(CLOCK_REALTIME, &now);
 	(void)gmtime_r(&now.tv_sec, &utc);
 	used = strftime(line, sizeof line, "%Y-%m-%dT%H:%M:%S", &utc);
-	n = snprintf(line + used, sizeof line - used, ".%03ldZ %s[%ld] %s: ",
-		now.tv_nsec / 1000000, sink.name, (long)getpid(), names[level]);
+	n = snprintf(line + used, sizeof line - used, ".%03ldZ %s[%ld] %s: ", now.tv_nsec / 1000000,
+		sink.name, (long)getpid(), names[level]);
 	used += n > 0 ? (size_t)n : 0;
 	va_start(args, format);
 	n = vsnprintf(line + used, sizeof line - used - 1, format, args);

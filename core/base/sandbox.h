@@ -11,7 +11,7 @@
 
 /*
  * What a process gives up before it reads bytes from outside: file system and network (Landlock),
- * every system call that it does not need (seccomp), privileges, core dumps, memory and
+ * every system call that it does not need (seccomp), capabilities, core dumps, memory and
  * descriptors beyond a limit.
  */
 
@@ -25,20 +25,20 @@ enum pen_sandbox_profile {
 };
 
 enum pen_sandbox_mode {
-	PEN_SANDBOX_REQUIRE,     /* fail when the kernel lacks Landlock or seccomp */
+	PEN_SANDBOX_REQUIRE,	 /* fail when the kernel lacks Landlock or seccomp */
 	PEN_SANDBOX_BEST_EFFORT, /* take what it has */
-	PEN_SANDBOX_OFF          /* limits only */
+	PEN_SANDBOX_OFF		 /* limits only */
 };
 
 struct pen_sandbox_limits {
 	uint64_t memory_bytes; /* address space; 0 = unlimited */
-	uint32_t cpu_s;        /* processor seconds of one process; 0 = unlimited */
-	uint32_t files;        /* highest descriptor + 1; 0 = 64 */
+	uint32_t cpu_s;	       /* processor seconds of one process; 0 = unlimited */
+	uint32_t files;	       /* highest descriptor + 1; 0 = 64 */
 };
 
 /* From "require", "best-effort" or "off"; PEN_EINVALID names the choices. */
-int pen_sandbox_mode_parse(const char *name, enum pen_sandbox_mode *ret_mode,
-	struct pen_error *err);
+int pen_sandbox_mode_parse(
+	const char *name, enum pen_sandbox_mode *ret_mode, struct pen_error *err);
 
 /*
  * Confines the calling process for good. Call it before any thread exists: threads and children

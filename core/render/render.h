@@ -65,9 +65,9 @@ struct pen_unit {
 };
 
 struct pen_render_stats {
-	uint64_t rays;          /* lanes traced, all kinds */
-	uint64_t samples;       /* paths started */
-	uint64_t rays_dropped;  /* rays with a value Embree must not see; their light is lost */
+	uint64_t rays;		/* lanes traced, all kinds */
+	uint64_t samples;	/* paths started */
+	uint64_t rays_dropped;	/* rays with a value Embree must not see; their light is lost */
 	uint64_t samples_black; /* samples whose result was not finite; counted as black */
 };
 
