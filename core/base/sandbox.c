@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <linux/landlock.h>
 #include <sched.h>
 #include <seccomp.h>
@@ -309,6 +310,17 @@ static int enter_seccomp(
 	return pen_error_system(err, -r, "seccomp");
 }
 
+/* Root without capabilities cannot pass itself off as another process, nor override modes. */
+static int drop_capabilities(struct pen_error *err)
+{
+	struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
+	const struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {{0}};
+
+	if (syscall(SYS_capset, &header, none) < 0)
+		return pen_error_system(err, errno, "capset");
+	return 0;
+}
+
 int pen_sandbox_enter(enum pen_sandbox_profile profile, enum pen_sandbox_mode mode,
 	const struct pen_sandbox_limits *limits, struct pen_error *err)
 {
@@ -319,15 +331,20 @@ int pen_sandbox_enter(enum pen_sandbox_profile profile, enum pen_sandbox_mode mo
 		r = set_limit(RLIMIT_FSIZE, 0, err);
 	if (r < 0)
 		return r;
-	/* Last words to a log that is a file fail; the process ends by what it says, not by them. */
+	/* Last words to a log that is a file fail; the process ends by what it says, not by them.
+	 */
 	(void)signal(SIGXFSZ, SIG_IGN);
 	if (prctl(PR_SET_DUMPABLE, 0) < 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) < 0)
 		return pen_error_system(err, errno, "prctl");
 	(void)umask(077);
 	if (SANITIZER || mode == PEN_SANDBOX_OFF)
 		return 0;
-	/* The render process has its parent's Landlock domain already. */
-	r = profile == PEN_SANDBOX_RENDER ? 0 : enter_landlock(mode, err);
+	/* What a render process inherits from its scene process needs no second time. */
+	if (profile != PEN_SANDBOX_RENDER) {
+		r = drop_capabilities(err);
+		if (r == 0)
+			r = enter_landlock(mode, err);
+	}
 	return r < 0 ? r : enter_seccomp(profile, mode, err);
 }
 

@@ -9,6 +9,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -307,6 +308,50 @@ static void test_abort_is_sigabrt(void **state)
 	}
 }
 
+/* Whether the kernel lists pid as without any capability. */
+static bool has_no_capabilities(pid_t pid)
+{
+	char path[64], line[256];
+	unsigned long long effective = 1, permitted = 1;
+	FILE *file;
+
+	(void)snprintf(path, sizeof path, "/proc/%d/status", (int)pid);
+	file = fopen(path, "re");
+	assert_non_null(file);
+	while (fgets(line, sizeof line, file)) {
+		(void)sscanf(line, "CapEff: %llx", &effective);
+		(void)sscanf(line, "CapPrm: %llx", &permitted);
+	}
+	(void)fclose(file);
+	return effective == 0 && permitted == 0;
+}
+
+/* Fails when a sandbox entered by root keeps a power of root. */
+static void test_capabilities(void **state)
+{
+	int ready[2], leave[2];
+	char byte;
+	pid_t pid;
+
+	(void)state;
+	assert_int_equal(pipe(ready), 0);
+	assert_int_equal(pipe(leave), 0);
+	pid = fork();
+	if (pid == 0) {
+		(void)close(leave[1]);
+		confine(PEN_SANDBOX_SCENE);
+		(void)!write(ready[1], "r", 1);
+		_exit((int)read(leave[0], &byte, 1));
+	}
+	(void)close(leave[0]);
+	assert_int_equal(read(ready[0], &byte, 1), 1);
+	assert_true(has_no_capabilities(pid));
+	(void)close(leave[1]);
+	(void)close(ready[0]);
+	(void)close(ready[1]);
+	assert_int_equal(waitpid(pid, NULL, 0), pid);
+}
+
 /* Fails when abort()'s call reaches another process: Landlock scopes signals from ABI 6 on. */
 static void test_abort_of_others(void **state)
 {
@@ -447,6 +492,7 @@ int main(void)
 		cmocka_unit_test(test_acts),
 		cmocka_unit_test(test_abort_is_sigabrt),
 		cmocka_unit_test(test_abort_of_others),
+		cmocka_unit_test(test_capabilities),
 #endif
 		cmocka_unit_test(test_limits),
 		cmocka_unit_test(test_mode_parse),
