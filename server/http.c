@@ -36,9 +36,9 @@ struct request {
 	struct MHD_Connection *connection; /* NULL when the client has gone */
 	struct MHD_Response *response;	   /* the answer, until it is queued */
 	unsigned status;
-	bool handled;	/* by the API, which answers or has answered */
-	bool suspended; /* until the answer comes */
-	bool overflow;	/* the body is larger than there is room for: the rest is thrown away */
+	bool handled;	  /* by the API, which answers or has answered */
+	bool suspended;	  /* until the answer comes */
+	unsigned refused; /* status: no room for the body, the rest of which is thrown away */
 	struct request *previous, *next;
 };
 
@@ -226,12 +226,12 @@ static enum pen_method method_of(const char *name)
 	return PEN_METHOD_OTHER;
 }
 
-/* 0, or the status that refuses a body of this size. */
-static unsigned refusal(const struct pen_http *http, uint64_t body_size)
+/* 0, or the status that refuses more bytes of a body. */
+static unsigned refusal(const struct request *request, uint64_t more)
 {
-	if (body_size > PEN_HTTP_BODY_MAX)
+	if (more > PEN_HTTP_BODY_MAX - request->exchange.body.size)
 		return 413;
-	return http->body_bytes + body_size > PEN_HTTP_BODIES_MAX ? 503 : 0;
+	return request->http->body_bytes + more > PEN_HTTP_BODIES_MAX ? 503 : 0;
 }
 
 static enum MHD_Result refuse_body(struct request *request, unsigned status)
@@ -252,7 +252,7 @@ static enum MHD_Result refuse_body(struct request *request, unsigned status)
 static enum MHD_Result begin(struct request *request)
 {
 	const char *length = pen_exchange_field(&request->exchange, "Content-Length");
-	unsigned status = length ? refusal(request->http, strtoull(length, NULL, 10)) : 0;
+	unsigned status = length ? refusal(request, strtoull(length, NULL, 10)) : 0;
 	const union MHD_ConnectionInfo *info;
 
 	if (status == 0)
@@ -265,20 +265,18 @@ static enum MHD_Result begin(struct request *request)
 /* A body of unknown length is read to its end even when it turns out to be too large. */
 static void take_body(struct request *request, const char *data, size_t size)
 {
-	struct pen_buf *body = &request->exchange.body;
-
-	if (request->overflow || refusal(request->http, size) != 0 ||
-		pen_buf_append(body, data, size) < 0) {
-		request->overflow = true;
-		return;
-	}
-	request->http->body_bytes += size;
+	if (request->refused == 0)
+		request->refused = refusal(request, size);
+	if (request->refused == 0 && pen_buf_append(&request->exchange.body, data, size) < 0)
+		request->refused = 503;
+	if (request->refused == 0)
+		request->http->body_bytes += size;
 }
 
 static enum MHD_Result finish_request(struct request *request)
 {
-	if (request->overflow && !request->handled)
-		return refuse_body(request, 413);
+	if (request->refused != 0)
+		return refuse_body(request, request->refused);
 	if (!request->handled) {
 		request->handled = true;
 		pen_api_handle(&request->exchange);
