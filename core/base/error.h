@@ -27,17 +27,18 @@ struct pen_error {
 	char text[512];
 };
 
-#define PEN_ERROR_INIT                                                                             \
-	{                                                                                          \
-		.code = PEN_OK, .text = ""                                                         \
-	}
+/* clang-format off */
+#define PEN_ERROR_INIT {.code = PEN_OK, .text = ""}
+/* clang-format on */
 
 /* Fills *err (which may be NULL) and returns code, so that a failing function ends in one line. */
 int pen_error_set(struct pen_error *err, int code, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
-/* As pen_error_set with PEN_EIO (PEN_ENOSPACE for ENOSPC and EDQUOT); appends
- * strerror(errno_value). */
+/*
+ * As pen_error_set with PEN_EIO (PEN_ENOSPACE for ENOSPC and EDQUOT); appends
+ * strerror(errno_value).
+ */
 int pen_error_system(struct pen_error *err, int errno_value, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
