@@ -359,32 +359,6 @@ double pen_trace_radius(const struct pen_trace *trace)
 	return 0.5 * sqrt(x * x + y * y + z * z);
 }
 
-/*
- * The lanes to trace. Parked ones are marked, and whatever Embree would abort at is parked: with
- * instruction sets below AVX-512 it looks at every lane, marked or not.
- */
-static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
-{
-	uint32_t dropped = 0;
-
-	for (int i = 0; i < PEN_LANES; i++) {
-		const bool sane = fabsf(rays->origin_x[i]) < COMPONENT_MAX &&
-				  fabsf(rays->origin_y[i]) < COMPONENT_MAX &&
-				  fabsf(rays->origin_z[i]) < COMPONENT_MAX &&
-				  fabsf(rays->direction_x[i]) < COMPONENT_MAX &&
-				  fabsf(rays->direction_y[i]) < COMPONENT_MAX &&
-				  fabsf(rays->direction_z[i]) < COMPONENT_MAX;
-		const bool wanted = rays->tnear[i] <= rays->tfar[i];
-
-		valid[i] = sane && wanted ? -1 : 0;
-		dropped += wanted && !sane;
-		rays->mask[i] = UINT32_MAX;
-		rays->flags[i] = 0;
-		rays->id[i] = 0;
-	}
-	return dropped;
-}
-
 static void park(struct pen_rays *rays, int lane)
 {
 	rays->origin_x[lane] = rays->origin_y[lane] = rays->origin_z[lane] = 0.0f;
@@ -394,11 +368,35 @@ static void park(struct pen_rays *rays, int lane)
 	rays->tfar[lane] = 0.0f;
 }
 
-static void park_lanes(struct pen_rays *rays, const int32_t valid[PEN_LANES])
+/*
+ * The lanes to trace. Parked ones are marked, and whatever Embree would abort at is parked: with
+ * instruction sets below AVX-512 it looks at every lane, marked or not.
+ */
+static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
 {
-	for (int i = 0; i < PEN_LANES; i++)
+	uint32_t dropped = 0, parked = 0;
+
+#pragma omp simd reduction(+ : dropped, parked)
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int sane = (fabsf(rays->origin_x[i]) < COMPONENT_MAX) &
+				 (fabsf(rays->origin_y[i]) < COMPONENT_MAX) &
+				 (fabsf(rays->origin_z[i]) < COMPONENT_MAX) &
+				 (fabsf(rays->direction_x[i]) < COMPONENT_MAX) &
+				 (fabsf(rays->direction_y[i]) < COMPONENT_MAX) &
+				 (fabsf(rays->direction_z[i]) < COMPONENT_MAX);
+		const int wanted = rays->tnear[i] <= rays->tfar[i];
+
+		valid[i] = -(sane & wanted);
+		dropped += (uint32_t)(wanted & ~sane);
+		parked += (uint32_t)(1 - (sane & wanted));
+		rays->mask[i] = UINT32_MAX;
+		rays->flags[i] = 0;
+		rays->id[i] = 0;
+	}
+	for (int i = 0; i < PEN_LANES && parked > 0; i++)
 		if (!valid[i])
 			park(rays, i);
+	return dropped;
 }
 
 static struct RTCIntersectContext context_of(bool coherent)
@@ -417,7 +415,6 @@ uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct 
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(&packet->rays, valid);
 
-	park_lanes(&packet->rays, valid);
 	memset(packet->hits.geometry, 0xff, sizeof packet->hits.geometry);
 	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
 	rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
@@ -430,7 +427,6 @@ uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(rays, valid);
 
-	park_lanes(rays, valid);
 	rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
 	for (int i = 0; i < PEN_LANES; i++)
 		rays->tfar[i] = valid[i] ? rays->tfar[i] : -1.0f;
