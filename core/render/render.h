@@ -45,9 +45,9 @@ struct pen_render_scene;
 
 /*
  * Builds the Embree scene and the tables (with all threads that Embree likes). After this the
- * process may fork; children may only call pen_renderer_*. scene must outlive the result.
+ * process may fork; children may only call pen_renderer_*. desc must outlive the result.
  */
-int pen_render_scene_create(const struct pen_scene *scene, enum pen_isa isa,
+int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
 	struct pen_render_scene **ret_scene, struct pen_error *err);
 void pen_render_scene_destroy(struct pen_render_scene *scene);
 
