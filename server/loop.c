@@ -74,9 +74,10 @@ static void handle_broken(void *user, const struct pen_error *err)
 {
 	struct pen_server *server = user;
 
-	/* The store is in the middle of an answer: out of its way. */
 	server->failure = *err;
-	(void)kill(getpid(), SIGTERM);
+	/* The store is in the middle of an answer: stop when it is out of it. */
+	if (!server->stopping)
+		(void)kill(getpid(), SIGTERM);
 }
 
 static void start_signals(struct pen_server *server)

@@ -5,6 +5,7 @@
 #include "core/base/log.h"
 #include "server/store.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -99,12 +100,7 @@ static void handle_state_stored(void *user, const struct pen_error *err)
 	struct pen_jobs *jobs = change->jobs;
 	struct pen_run *run = pen_run_find(jobs, change->number);
 
-	if (!run) {
-		static const struct pen_error gone = {PEN_ENOTFOUND, "the render was removed"};
-
-		pen_change_finish(change, NULL, err->code == 0 ? &gone : err);
-		return;
-	}
+	assert(run); /* the store answers in order: a removal comes last */
 	if (pen_job_is_over(change->state)) {
 		run->ending = false;
 		if (err->code == 0)
@@ -318,39 +314,49 @@ static void handle_reset(void *user, const struct pen_error *err)
 	struct pen_change *change = user;
 	struct pen_run *run = pen_run_find(change->jobs, change->number);
 
-	if (run && !run->ending) {
-		if (err->code == 0)
-			pen_run_begin(change->jobs, run);
-		else
-			pen_run_give_up(run, err);
-	}
-	pen_change_finish(change, run ? &run->job : NULL, err);
+	assert(run);
+	if (!run->ending && err->code == 0)
+		pen_run_begin(change->jobs, run);
+	else if (!run->ending)
+		pen_run_give_up(run, err);
+	pen_change_finish(change, &run->job, err);
 }
 
-/* Its class has gone: everything rendered is forgotten, and another class may start. */
-static void restart(struct pen_jobs *jobs, struct pen_run *run)
+/* As if it had just been accepted; the revisions go on rising. */
+static void forget_pixels(struct pen_run *run)
 {
-	struct pen_change *change = pen_change_create(jobs, &run->job, NULL, NULL);
-	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_job *job = &run->job;
 
 	pen_run_halt(run);
 	pen_tiles_finish(&run->tiles);
-	free(run->job.equivalence_class);
-	run->job.equivalence_class = NULL;
-	run->job.content[0] = '\0';
-	run->job.units_done = run->job.samples_done = run->job.tiles_done = 0;
+	free(job->equivalence_class);
+	job->equivalence_class = NULL;
+	job->content[0] = '\0';
+	job->units_done = job->samples_done = job->tiles_done = 0;
+	job->state = PEN_JOB_QUEUED;
+	job->eta_seconds = -1;
+	job->revision++;
 	run->samples_at_begin = 0;
 	run->running_ms = 0;
-	run->job.state = PEN_JOB_QUEUED;
-	run->job.restarts++;
-	run->job.revision++;
-	run->begun = true; /* until the reset is stored */
+}
+
+/* Its class has gone: another one may start, from nothing, when that is stored. */
+static void restart(struct pen_jobs *jobs, struct pen_run *run)
+{
+	struct pen_change *change = pen_change_create(jobs, &run->job, NULL, NULL);
+	struct pen_error err;
+	int r;
+
 	pen_log(PEN_LOG_WARNING, "render %s: no worker of its class is left, it starts again",
 		run->job.id);
-	if (!change || pen_store_update_job(
-			       jobs->options.store, &run->job, handle_reset, change, &err) < 0) {
+	forget_pixels(run);
+	run->job.restarts++;
+	run->begun = true;
+	r = change ? pen_store_update_job(
+			     jobs->options.store, &run->job, handle_reset, change, &err)
+		   : pen_error_memory(&err);
+	if (r < 0) {
 		free(change);
-		(void)pen_error_memory(&err);
 		pen_run_give_up(run, &err);
 	}
 }
