@@ -55,6 +55,7 @@ struct condition {
 /* What computing, allocating, and using the descriptors at hand takes. */
 static const int common_calls[] = {
 	SCMP_SYS(brk),
+	SCMP_SYS(clock_getres),
 	SCMP_SYS(clock_gettime),
 	SCMP_SYS(clock_nanosleep),
 	SCMP_SYS(close),
@@ -62,10 +63,12 @@ static const int common_calls[] = {
 	SCMP_SYS(exit_group),
 	SCMP_SYS(fstat),
 	SCMP_SYS(futex),
+	SCMP_SYS(getcpu),
 	SCMP_SYS(getpid),
 	SCMP_SYS(getrandom),
 	SCMP_SYS(getrusage),
 	SCMP_SYS(gettid),
+	SCMP_SYS(gettimeofday),
 	SCMP_SYS(lseek),
 	SCMP_SYS(madvise),
 	SCMP_SYS(mremap),
@@ -87,6 +90,7 @@ static const int common_calls[] = {
 	SCMP_SYS(set_robust_list),
 	SCMP_SYS(sigaltstack),
 	SCMP_SYS(sysinfo),
+	SCMP_SYS(time),
 	SCMP_SYS(write),
 	SCMP_SYS(writev),
 };
