@@ -124,8 +124,8 @@ def test_killed_processes(wanted, samples):
 
 def test_killed_processes_for_seconds():
     """The same over a longer render, so that many units and their retries are hit."""
-    body = subject(1000)
-    with farm.Farm(2) as service:
+    body = subject(300)
+    with farm.Farm(2, "--tile", 16) as service:
         undisturbed = files(service, body, 120)
         with killer(service) as kills:
             begin = time.monotonic()
