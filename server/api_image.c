@@ -135,10 +135,11 @@ static bool choose_exposure(struct pen_exchange *exchange, double *exposure)
 static int open_framebuffer(
 	struct pen_api *api, const struct pen_job *job, int *ret_fd, struct pen_error *err)
 {
+	int r = pen_jobs_open_image(api->jobs, job, ret_fd, err);
 	int fd;
 
-	if (job->image_revision > 0)
-		return pen_jobs_open_image(api->jobs, job, ret_fd, err);
+	if (r != PEN_ENOTFOUND)
+		return r;
 	fd = open("/dev/zero", O_RDONLY | O_CLOEXEC);
 	if (fd < 0)
 		return pen_error_system(err, errno, "/dev/zero");

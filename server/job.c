@@ -252,10 +252,10 @@ int pen_jobs_open_image(
 	char path[PATH_MAX];
 	int fd;
 
-	if (job->units_done == 0)
-		return pen_error_set(err, PEN_ENOTFOUND, "nothing is rendered yet");
 	pen_run_path(jobs, job->id, path);
 	fd = open(path, O_RDONLY | O_CLOEXEC);
+	if (fd < 0 && errno == ENOENT)
+		return pen_error_set(err, PEN_ENOTFOUND, "nothing is rendered yet");
 	if (fd < 0)
 		return pen_error_system(err, errno, "cannot open the framebuffer");
 	*ret_fd = fd;

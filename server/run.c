@@ -120,6 +120,8 @@ int pen_run_store_state(struct pen_jobs *jobs, struct pen_run *run, enum pen_job
 
 	if (!change)
 		return pen_error_memory(err);
+	if (pen_job_is_over(state) && row.units_done == 0)
+		row.image_revision = run->job.image_revision = 0;
 	row.state = change->state = state;
 	row.error = change->error = reason ? *reason : (struct pen_error)PEN_ERROR_INIT;
 	row.finished_ms = change->finished_ms = pen_job_is_over(state) ? pen_clock_wall_ms() : 0;

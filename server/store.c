@@ -84,7 +84,8 @@ static const char schema[] =
  * were lost count of: there were fewer than units_total + 1 of them.
  */
 static const char raise_revisions[] =
-	"UPDATE jobs SET image_revision = image_revision + units_total + 1 WHERE state < 3";
+	"UPDATE jobs SET image_revision = image_revision + units_total + 1"
+	" WHERE state < 3 AND class IS NOT NULL";
 
 static const char load_jobs[] =
 	"SELECT number, id, state, name, scene, class, content, priority, width, height, crop_x0,"
