@@ -1,51 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/geometry.h"
 
-#include "core/base/buf.h"
 #include "core/base/limits.h"
+#include "core/render/layout.h"
+#include "core/render/light_shape.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The pools while they grow, and what stands still in all of them. */
-struct layout {
-	const struct pen_scene *scene;
-	struct pen_shutter shutter;
-	struct pen_buf vertices, normals, indices, spheres, disks, placements, models, shapes;
-	uint32_t *
-		own_models; /* of each object, in its own coordinates; PEN_NO_INDEX: not made yet */
-	struct pen_error *err;
-};
-
-static int pool_error(const struct layout *l)
-{
-	return pen_error_set(
-		l->err, PEN_ELIMIT, "the scene's geometry is too large for this machine");
-}
-
-static uint32_t pool_count(const struct pen_buf *pool, size_t size)
-{
-	return (uint32_t)(pool->size / size);
-}
-
-/* Appends count items of a size for the caller to fill. */
-static void *pool_extend(struct layout *l, struct pen_buf *pool, size_t count, size_t size)
-{
-	void *items = NULL;
-	size_t bytes;
-
-	if (!__builtin_mul_overflow(count, size, &bytes))
-		items = pen_buf_reserve(pool, bytes);
-	if (!items) {
-		(void)pool_error(l);
-		return NULL;
-	}
-	pool->size += bytes;
-	return items;
-}
-
-static int object_error(const struct layout *l, uint32_t index, const char *fault)
+static int object_error(const struct pen_layout *l, uint32_t index, const char *fault)
 {
 	const char *name = l->scene->objects[index].name;
 
@@ -66,7 +30,7 @@ static bool within_bounds(const double p[3])
 }
 
 static int transform_vertices(
-	struct layout *l, uint32_t index, const struct pen_affine *world, float *vertices)
+	struct pen_layout *l, uint32_t index, const struct pen_affine *world, float *vertices)
 {
 	const uint32_t count = l->scene->objects[index].u.mesh.vertex_count;
 
@@ -107,33 +71,18 @@ static void transform_normal(const struct pen_affine *a, const float n[3], float
 		ret_n[i] = length > 0.0 ? (float)(r[i] / length) : 0.0f;
 }
 
-static int add_indices(struct layout *l, const uint32_t *indices, uint32_t triangles,
-	uint32_t vertex_first, bool mirrored)
-{
-	uint32_t *to = pool_extend(l, &l->indices, triangles, 3 * sizeof *to);
-
-	if (!to)
-		return PEN_ELIMIT;
-	for (uint32_t i = 0; i < triangles; i++, to += 3, indices += 3) {
-		to[0] = vertex_first + indices[0];
-		to[1] = vertex_first + indices[mirrored ? 2 : 1];
-		to[2] = vertex_first + indices[mirrored ? 1 : 2];
-	}
-	return 0;
-}
-
-static int add_normals(struct layout *l, const struct pen_object_desc *mesh,
+static int add_normals(struct pen_layout *l, const struct pen_object_desc *mesh,
 	const struct pen_affine *world, struct pen_model *model)
 {
 	const uint32_t count = mesh->u.mesh.vertex_count;
 	const float *from = mesh->u.mesh.normals;
-	const uint32_t first = pool_count(&l->normals, 3 * sizeof *from);
+	const uint32_t first = pen_layout_count(&l->normals, 3 * sizeof *from);
 	float *to;
 
 	model->normal_offset = PEN_NO_INDEX;
 	if (!from)
 		return 0;
-	to = pool_extend(l, &l->normals, count, 3 * sizeof *to);
+	to = pen_layout_extend(l, &l->normals, count, 3 * sizeof *to);
 	if (!to)
 		return PEN_ELIMIT;
 	for (uint32_t i = 0; i < count; i++)
@@ -142,44 +91,23 @@ static int add_normals(struct layout *l, const struct pen_object_desc *mesh,
 	return 0;
 }
 
-static int add_model(struct layout *l, const struct pen_model *model, uint32_t *ret_model)
-{
-	struct pen_model *to = pool_extend(l, &l->models, 1, sizeof *to);
-
-	if (!to)
-		return PEN_ELIMIT;
-	*to = *model;
-	*ret_model = pool_count(&l->models, sizeof *to) - 1;
-	return 0;
-}
-
-static int add_shape(struct layout *l, const struct pen_shape *shape)
-{
-	struct pen_shape *to = pool_extend(l, &l->shapes, 1, sizeof *to);
-
-	if (!to)
-		return PEN_ELIMIT;
-	*to = *shape;
-	return 0;
-}
-
 /* A mesh under a transform that holds all the time. */
 static int add_mesh(
-	struct layout *l, uint32_t index, const struct pen_affine *world, uint32_t *ret_model)
+	struct pen_layout *l, uint32_t index, const struct pen_affine *world, uint32_t *ret_model)
 {
 	const struct pen_object_desc *mesh = &l->scene->objects[index];
 	const uint32_t count = mesh->u.mesh.vertex_count;
 	struct pen_model model = {
 		.type = PEN_MODEL_TRIANGLES,
-		.first = pool_count(&l->indices, 3 * sizeof(uint32_t)),
+		.first = pen_layout_count(&l->indices, 3 * sizeof(uint32_t)),
 		.count = mesh->u.mesh.triangle_count,
-		.vertex_first = pool_count(&l->vertices, 3 * sizeof(float)),
+		.vertex_first = pen_layout_count(&l->vertices, 3 * sizeof(float)),
 		.vertex_count = count,
 		.step_count = pen_motion_mesh_steps(mesh, &l->shutter),
 	};
 
 	for (uint32_t step = 0; step < model.step_count; step++) {
-		float *to = pool_extend(l, &l->vertices, count, 3 * sizeof *to);
+		float *to = pen_layout_extend(l, &l->vertices, count, 3 * sizeof *to);
 		int r;
 
 		if (!to)
@@ -190,22 +118,11 @@ static int add_mesh(
 		if (r < 0)
 			return r;
 	}
-	if (add_indices(l, mesh->u.mesh.indices, model.count, model.vertex_first,
+	if (pen_layout_add_indices(l, mesh->u.mesh.indices, model.count, model.vertex_first,
 		    pen_affine_determinant(world) < 0.0) < 0 ||
 		add_normals(l, mesh, world, &model) < 0)
 		return PEN_ELIMIT;
-	return add_model(l, &model, ret_model);
-}
-
-static int add_sphere(struct layout *l, const double center[3], double radius)
-{
-	struct pen_sphere *sphere = pool_extend(l, &l->spheres, 1, sizeof *sphere);
-
-	if (!sphere)
-		return PEN_ELIMIT;
-	*sphere = (struct pen_sphere){
-		(float)center[0], (float)center[1], (float)center[2], (float)radius};
-	return 0;
+	return pen_layout_add_model(l, &model, ret_model);
 }
 
 /* The factor by which a similarity scales lengths; 0 for any other transform. */
@@ -224,7 +141,7 @@ static double similarity_scale(const struct pen_affine *a)
 	return sqrt(dot[0][0]);
 }
 
-static int add_placed_sphere(struct layout *l, uint32_t index, double time)
+static int add_placed_sphere(struct pen_layout *l, uint32_t index, double time)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	const struct pen_affine world = pen_motion_world(object, time);
@@ -236,11 +153,11 @@ static int add_placed_sphere(struct layout *l, uint32_t index, double time)
 		return object_error(l, index, "reaches beyond the largest coordinate");
 	if (!((float)radius > 0.0f))
 		return object_error(l, index, "has a radius too small to see");
-	return add_sphere(l, center, radius);
+	return pen_layout_add_sphere(l, center, radius);
 }
 
 /* Whether a sphere's image stays a sphere whose centre moves straight from step to step. */
-static bool sphere_only_travels(const struct layout *l, uint32_t index, uint32_t steps)
+static bool sphere_only_travels(const struct pen_layout *l, uint32_t index, uint32_t steps)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	const double *c = object->u.sphere.center;
@@ -260,7 +177,7 @@ static bool sphere_only_travels(const struct layout *l, uint32_t index, uint32_t
 	return true;
 }
 
-static int check_placement(const struct layout *l, uint32_t index, uint32_t steps)
+static int check_placement(const struct pen_layout *l, uint32_t index, uint32_t steps)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	double sign = 0.0;
@@ -281,7 +198,7 @@ static int check_placement(const struct layout *l, uint32_t index, uint32_t step
 }
 
 /* The model of an object in its own coordinates, made once. */
-static int own_model(struct layout *l, uint32_t index, uint32_t *ret_model)
+static int own_model(struct pen_layout *l, uint32_t index, uint32_t *ret_model)
 {
 	static const struct pen_affine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 	const struct pen_object_desc *object = &l->scene->objects[index];
@@ -294,15 +211,15 @@ static int own_model(struct layout *l, uint32_t index, uint32_t *ret_model)
 	} else if (l->own_models[index] == PEN_NO_INDEX) {
 		const struct pen_model model = {
 			.type = PEN_MODEL_SPHERES,
-			.first = pool_count(&l->spheres, sizeof(struct pen_sphere)),
+			.first = pen_layout_count(&l->spheres, sizeof(struct pen_sphere)),
 			.count = 1,
 			.step_count = 1,
 		};
 
-		r = add_sphere(l, object->u.sphere.center, object->u.sphere.radius);
+		r = pen_layout_add_sphere(l, object->u.sphere.center, object->u.sphere.radius);
 		if (r < 0)
 			return r;
-		r = add_model(l, &model, &l->own_models[index]);
+		r = pen_layout_add_model(l, &model, &l->own_models[index]);
 		if (r < 0)
 			return r;
 	}
@@ -310,18 +227,19 @@ static int own_model(struct layout *l, uint32_t index, uint32_t *ret_model)
 	return 0;
 }
 
-static int add_placements(struct layout *l, uint32_t index, uint32_t steps, struct pen_shape *shape)
+static int add_placements(
+	struct pen_layout *l, uint32_t index, uint32_t steps, struct pen_shape *shape)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	struct pen_placement *to;
 	struct pen_affine world = pen_motion_world(object, l->shutter.open);
 
-	shape->placement_first = pool_count(&l->placements, sizeof *to);
+	shape->placement_first = pen_layout_count(&l->placements, sizeof *to);
 	shape->placement_count = steps;
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 4; j++)
 			shape->world[i][j] = (float)world.m[i][j];
-	to = pool_extend(l, &l->placements, steps, sizeof *to);
+	to = pen_layout_extend(l, &l->placements, steps, sizeof *to);
 	if (!to)
 		return PEN_ELIMIT;
 	for (uint32_t i = 0; i < steps; i++) {
@@ -340,7 +258,7 @@ static int add_placements(struct layout *l, uint32_t index, uint32_t steps, stru
 }
 
 /* What cannot stand in world coordinates once and for all. */
-static int add_instance(struct layout *l, uint32_t index, uint32_t steps)
+static int add_instance(struct pen_layout *l, uint32_t index, uint32_t steps)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	const uint32_t of = object->type == PEN_OBJECT_INSTANCE ? object->u.instance.of : index;
@@ -353,15 +271,15 @@ static int add_instance(struct layout *l, uint32_t index, uint32_t steps)
 	if (r == 0)
 		r = add_placements(l, index, steps, &shape);
 	if (r == 0)
-		r = add_shape(l, &shape);
+		r = pen_layout_add_shape(l, &shape);
 	return r;
 }
 
-static int add_travelling_sphere(struct layout *l, uint32_t index, uint32_t steps)
+static int add_travelling_sphere(struct pen_layout *l, uint32_t index, uint32_t steps)
 {
 	const struct pen_model model = {
 		.type = PEN_MODEL_SPHERES,
-		.first = pool_count(&l->spheres, sizeof(struct pen_sphere)),
+		.first = pen_layout_count(&l->spheres, sizeof(struct pen_sphere)),
 		.count = 1,
 		.step_count = steps,
 	};
@@ -373,23 +291,23 @@ static int add_travelling_sphere(struct layout *l, uint32_t index, uint32_t step
 		if (r < 0)
 			return r;
 	}
-	if (add_model(l, &model, &shape.model) < 0)
+	if (pen_layout_add_model(l, &model, &shape.model) < 0)
 		return PEN_ELIMIT;
-	return add_shape(l, &shape);
+	return pen_layout_add_shape(l, &shape);
 }
 
-static int add_static_mesh(struct layout *l, uint32_t index)
+static int add_static_mesh(struct pen_layout *l, uint32_t index)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	const struct pen_affine world = pen_motion_world(object, l->shutter.open);
 	struct pen_shape shape = {.surface = object->material};
 	const int r = add_mesh(l, index, &world, &shape.model);
 
-	return r < 0 ? r : add_shape(l, &shape);
+	return r < 0 ? r : pen_layout_add_shape(l, &shape);
 }
 
 /* Adds an object, unless it is a sphere at rest: those are left to add_static_spheres. */
-static int add_object(struct layout *l, uint32_t index, bool *ret_left)
+static int add_object(struct pen_layout *l, uint32_t index, bool *ret_left)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	const uint32_t steps = pen_motion_steps(object, &l->shutter);
@@ -407,11 +325,11 @@ static int add_object(struct layout *l, uint32_t index, bool *ret_left)
 }
 
 /* One shape for all of a material: spheres are the material's own, in the order of the scene. */
-static int add_static_spheres(struct layout *l, const uint32_t *objects, uint32_t count)
+static int add_static_spheres(struct pen_layout *l, const uint32_t *objects, uint32_t count)
 {
 	const struct pen_model model = {
 		.type = PEN_MODEL_SPHERES,
-		.first = pool_count(&l->spheres, sizeof(struct pen_sphere)),
+		.first = pen_layout_count(&l->spheres, sizeof(struct pen_sphere)),
 		.count = count,
 		.step_count = 1,
 	};
@@ -423,9 +341,9 @@ static int add_static_spheres(struct layout *l, const uint32_t *objects, uint32_
 		if (r < 0)
 			return r;
 	}
-	if (add_model(l, &model, &shape.model) < 0)
+	if (pen_layout_add_model(l, &model, &shape.model) < 0)
 		return PEN_ELIMIT;
-	return add_shape(l, &shape);
+	return pen_layout_add_shape(l, &shape);
 }
 
 struct resting {
@@ -441,7 +359,7 @@ static int compare_resting(const void *a, const void *b)
 	return x->object < y->object ? -1 : x->object > y->object;
 }
 
-static int add_objects(struct layout *l)
+static int add_objects(struct pen_layout *l)
 {
 	const uint32_t count = l->scene->object_count;
 	struct resting *resting = calloc(count + 1, sizeof *resting);
@@ -472,148 +390,26 @@ static int add_objects(struct layout *l)
 	return r;
 }
 
-static int add_light_mesh(
-	struct layout *l, const double (*vertices)[3], uint32_t count, uint32_t *ret_model)
-{
-	static const uint32_t indices[] = {0, 1, 2, 0, 2, 3};
-	const struct pen_model model = {
-		.type = PEN_MODEL_TRIANGLES,
-		.first = pool_count(&l->indices, 3 * sizeof(uint32_t)),
-		.count = count - 2,
-		.vertex_first = pool_count(&l->vertices, 3 * sizeof(float)),
-		.vertex_count = count,
-		.step_count = 1,
-		.normal_offset = PEN_NO_INDEX,
-	};
-	float *to = pool_extend(l, &l->vertices, count, 3 * sizeof *to);
-
-	if (!to)
-		return PEN_ELIMIT;
-	for (uint32_t i = 0; i < 3 * count; i++)
-		to[i] = (float)vertices[i / 3][i % 3];
-	if (add_indices(l, indices, model.count, model.vertex_first, false) < 0)
-		return PEN_ELIMIT;
-	return add_model(l, &model, ret_model);
-}
-
-static int add_light_rectangle(
-	struct layout *l, const struct pen_light_desc *light, uint32_t *ret_model)
-{
-	double vertices[4][3];
-
-	for (int k = 0; k < 3; k++) {
-		const double c = light->u.rectangle.corner[k];
-		const double u = light->u.rectangle.edge_u[k];
-		const double v = light->u.rectangle.edge_v[k];
-
-		vertices[0][k] = c;
-		vertices[1][k] = c + u;
-		vertices[2][k] = c + u + v;
-		vertices[3][k] = c + v;
-	}
-	return add_light_mesh(l, (const double(*)[3])vertices, 4, ret_model);
-}
-
-static int add_light_disk(struct layout *l, const struct pen_light_desc *light, uint32_t *ret_model)
-{
-	const struct pen_model model = {
-		.type = PEN_MODEL_DISK,
-		.first = pool_count(&l->disks, sizeof(struct pen_disk)),
-		.count = 1,
-		.step_count = 1,
-	};
-	const double *c = light->u.disk.center;
-	const double *n = light->u.disk.normal;
-	struct pen_disk *disk = pool_extend(l, &l->disks, 1, sizeof *disk);
-
-	if (!disk)
-		return PEN_ELIMIT;
-	*disk = (struct pen_disk){
-		.bounds = {(float)c[0], (float)c[1], (float)c[2], (float)light->u.disk.radius},
-		.normal = {(float)n[0], (float)n[1], (float)n[2]},
-	};
-	return add_model(l, &model, ret_model);
-}
-
-static int add_light_sphere(
-	struct layout *l, const struct pen_light_desc *light, uint32_t *ret_model)
-{
-	const struct pen_model model = {
-		.type = PEN_MODEL_SPHERES,
-		.first = pool_count(&l->spheres, sizeof(struct pen_sphere)),
-		.count = 1,
-		.step_count = 1,
-	};
-
-	if (add_sphere(l, light->u.sphere.center, light->u.sphere.radius) < 0)
-		return PEN_ELIMIT;
-	return add_model(l, &model, ret_model);
-}
-
-static int add_light(struct layout *l, uint32_t index)
-{
-	const struct pen_light_desc *light = &l->scene->lights[index];
-	struct pen_shape shape = {.surface = l->scene->material_count + index};
-	int r = 0;
-
-	switch (light->type) {
-	case PEN_LIGHT_RECTANGLE: r = add_light_rectangle(l, light, &shape.model); break;
-	case PEN_LIGHT_TRIANGLE:
-		r = add_light_mesh(
-			l, (const double(*)[3])light->u.triangle.vertices, 3, &shape.model);
-		break;
-	case PEN_LIGHT_DISK: r = add_light_disk(l, light, &shape.model); break;
-	case PEN_LIGHT_SPHERE: r = add_light_sphere(l, light, &shape.model); break;
-	case PEN_LIGHT_POINT:
-	case PEN_LIGHT_SPOT:
-	case PEN_LIGHT_DIRECTIONAL: return 0;
-	}
-	return r < 0 ? r : add_shape(l, &shape);
-}
-
-static int add_everything(struct layout *l)
+static int add_everything(struct pen_layout *l)
 {
 	int r = add_objects(l);
 
 	for (uint32_t i = 0; i < l->scene->light_count && r == 0; i++)
 		if (l->scene->lights[i].visible)
-			r = add_light(l, i);
+			r = pen_light_shape_add(l, i);
 	/* Embree reads the last vertex as four floats. */
-	if (r == 0 && !pool_extend(l, &l->vertices, 1, 3 * sizeof(float)))
+	if (r == 0 && !pen_layout_extend(l, &l->vertices, 1, 3 * sizeof(float)))
 		r = PEN_ELIMIT;
 	return r;
-}
-
-static void take_pools(struct layout *l, struct pen_geometry *ret_geometry)
-{
-	*ret_geometry = (struct pen_geometry){
-		.model_count = pool_count(&l->models, sizeof(struct pen_model)),
-		.shape_count = pool_count(&l->shapes, sizeof(struct pen_shape)),
-	};
-	ret_geometry->vertices = (float *)(void *)pen_buf_take(&l->vertices);
-	ret_geometry->normals = (float *)(void *)pen_buf_take(&l->normals);
-	ret_geometry->indices = (uint32_t *)(void *)pen_buf_take(&l->indices);
-	ret_geometry->spheres = (struct pen_sphere *)(void *)pen_buf_take(&l->spheres);
-	ret_geometry->disks = (struct pen_disk *)(void *)pen_buf_take(&l->disks);
-	ret_geometry->placements = (struct pen_placement *)(void *)pen_buf_take(&l->placements);
-	ret_geometry->models = (struct pen_model *)(void *)pen_buf_take(&l->models);
-	ret_geometry->shapes = (struct pen_shape *)(void *)pen_buf_take(&l->shapes);
 }
 
 int pen_geometry_init(
 	struct pen_geometry *geometry, const struct pen_scene *scene, struct pen_error *err)
 {
-	struct layout l = {
-		.scene = scene,
-		.shutter = {scene->camera.shutter_open, scene->camera.shutter_close},
-		.err = err,
-	};
-	struct pen_buf *const pools[] = {&l.vertices, &l.normals, &l.indices, &l.spheres, &l.disks,
-		&l.placements, &l.models, &l.shapes};
-	int r = PEN_ENOMEM;
+	struct pen_layout l;
+	int r;
 
-	for (size_t i = 0; i < sizeof pools / sizeof *pools; i++)
-		pen_buf_init(pools[i], PEN_GEOMETRY_BYTES_MAX);
+	pen_layout_init(&l, scene, err);
 	l.own_models = malloc((scene->object_count + 1) * sizeof *l.own_models);
 	if (!l.own_models) {
 		r = pen_error_memory(err);
@@ -622,10 +418,9 @@ int pen_geometry_init(
 	memset(l.own_models, 0xff, (scene->object_count + 1) * sizeof *l.own_models);
 	r = add_everything(&l);
 	if (r == 0)
-		take_pools(&l, geometry);
+		pen_layout_take(&l, geometry);
 out:
-	for (size_t i = 0; i < sizeof pools / sizeof *pools; i++)
-		pen_buf_finish(pools[i]);
+	pen_layout_finish(&l);
 	free(l.own_models);
 	return r;
 }
