@@ -57,6 +57,14 @@ def test_the_manual_and_the_completions_know_every_option():
             assert f"--{option} " in bash.replace('"', " "), f"bash completion lacks --{option}"
 
 
+def test_the_worker_s_manual_knows_every_option():
+    manual = (ROOT / "deploy/man/penumbra-worker.8").read_text(encoding="utf-8")
+    text = subprocess.run([program("penumbra-worker"), "--help"], capture_output=True, text=True,
+                          timeout=10, check=True).stdout
+    options = set(re.findall(r"--([a-z][a-z-]+)", text)) - {"help", "version"}
+    assert options and [o for o in options if f"Fl -{o}" not in manual] == []
+
+
 def test_the_manual_s_scene_is_one():
     manual = (ROOT / "deploy/man/penumbra-scene.5").read_text(encoding="utf-8")
     scene = re.search(r"\.Bd -literal\n(.*?)\.Ed", manual, re.S)[1]
