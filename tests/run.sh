@@ -100,11 +100,11 @@ run_all() {
     build release
     build asan
     pytest_suite lint 60 tests/lint
-    suite check 300 deploy/check.sh
+    suite check 240 deploy/check.sh
     ctest_suite unit 60 release 'unit|integration'
-    ctest_suite unit-asan 120 asan 'unit|integration'
-    ctest_suite stat 120 release stat
-    for entry in integration:420 stat:180 reference:300 chaos:180; do
+    ctest_suite unit-asan 90 asan 'unit|integration'
+    ctest_suite stat 90 release stat
+    for entry in integration:480 stat:120 reference:240 chaos:120; do
         local directory=${entry%:*}
         [ -z "$(find "tests/$directory" -name 'test_*.py' 2>/dev/null)" ] ||
             pytest_suite "pytest-$directory" "${entry#*:}" "tests/$directory"
