@@ -104,11 +104,10 @@ run_all() {
     ctest_suite unit 60 release 'unit|integration'
     ctest_suite unit-asan 90 asan 'unit|integration'
     ctest_suite stat 90 release stat
-    for entry in integration:480 stat:120 reference:240 chaos:120; do
-        local directory=${entry%:*}
-        [ -z "$(find "tests/$directory" -name 'test_*.py' 2>/dev/null)" ] ||
-            pytest_suite "pytest-$directory" "${entry#*:}" "tests/$directory"
-    done
+    pytest_suite integration 480 tests/integration
+    pytest_suite stat-images 120 tests/stat
+    pytest_suite reference 240 tests/reference
+    pytest_suite chaos 120 tests/chaos
 }
 
 run_long() {
