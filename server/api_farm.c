@@ -18,10 +18,9 @@ static json_t *worker_json(const struct pen_worker *worker)
 		id, "name", worker->name, "address", worker->address, "processes",
 		(int)worker->processes, "state", worker->draining ? "draining" : "ready", "class",
 		worker->equivalence_class, "version", worker->version, "leases",
-		(int)worker->leases, "units_done", (json_int_t)worker->units_done, "samples_done",
-		(json_int_t)worker->samples_done, "samples_per_second", worker->samples_per_second,
-		"connected", connected, "last_heartbeat", heartbeat, "strikes",
-		(int)worker->strikes);
+		(int)worker->leases, "tiles_done", (json_int_t)worker->units_done, "samples_done",
+		(json_int_t)worker->samples_done, "rate", worker->samples_per_second, "connected",
+		connected, "last_heartbeat", heartbeat, "strikes", (int)worker->strikes);
 }
 
 void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
@@ -56,8 +55,8 @@ void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters
 	pen_answer_json(&answer, 200,
 		json_pack("{s:s, s:b, s:i, s:i, s:I, s:f, s:s}", "version", PEN_VERSION, "draining",
 			exchange->api->draining, "workers", workers, "processes", processes,
-			"queue_depth", (json_int_t)pen_farm_queue_depth(farm), "samples_per_second",
-			rate, "why_waiting", pen_farm_why_waiting(farm)));
+			"queue_depth", (json_int_t)pen_farm_queue_depth(farm), "rate", rate,
+			"why_waiting", pen_farm_why_waiting(farm)));
 	pen_answer_field(&answer, "Cache-Control", "no-store");
 	pen_exchange_answer(exchange, &answer);
 }

@@ -17,6 +17,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <uv.h>
 
@@ -78,6 +79,18 @@ static void handle_broken(void *user, const struct pen_error *err)
 	/* The store is in the middle of an answer: stop when it is out of it. */
 	if (!server->stopping)
 		(void)kill(getpid(), SIGTERM);
+}
+
+/* Every connection is a descriptor, and the usual soft limit of 1024 is for programs with
+ * select(2). */
+static void allow_descriptors(void)
+{
+	struct rlimit limit;
+
+	if (getrlimit(RLIMIT_NOFILE, &limit) < 0)
+		return;
+	limit.rlim_cur = limit.rlim_max;
+	(void)setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 static void start_signals(struct pen_server *server)
@@ -187,6 +200,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	if (r < 0)
 		return r;
 	(void)uv_loop_init(&server.loop);
+	allow_descriptors();
 	start_signals(&server);
 	(void)host_of(&config->worker_listen, worker_host, sizeof worker_host);
 	r = start_jobs(&server, err);

@@ -109,7 +109,7 @@ int pen_cli_list(int argc, char **argv)
 int pen_cli_workers(int argc, char **argv)
 {
 	static const char *const keys[] = {
-		"id", "name", "address", "processes", "state", "samples_per_second", "class"};
+		"id", "name", "address", "processes", "state", "rate", "class"};
 	struct pen_session session;
 	int code, r;
 

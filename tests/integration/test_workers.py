@@ -108,7 +108,7 @@ def test_worker_that_joins_gets_work_at_once(service):
         return next((w for w in workers if w["name"] == "late"), None)
 
     farm.wait_for(late, 10, "the worker's connection")
-    farm.wait_for(lambda: late()["units_done"] > 0, 2, "its first finished unit")
+    farm.wait_for(lambda: late()["tiles_done"] > 0, 2, "its first finished unit")
     assert service.resource(render)["state"] == "running"
     assert service.patch(render, {"state": "cancelled"}).status == 200
 
