@@ -28,7 +28,7 @@ static const char help[] =
 	"  --seed N             seed of the samples, instead of the scene's\n"
 	"  --processes N        render processes; default: one per core\n"
 	"  --isa NAME           instruction set: v2, v3 or v4; default: the best there is\n"
-	"  --quiet              no progress\n"
+	"  --quiet              print nothing but errors\n"
 	"  --json               print the finished render as JSON\n"
 	"\n"
 	"Exit codes: 0 done, 1 failed, 2 wrong usage, 4 scene refused, 130 interrupted.\n";
@@ -129,7 +129,7 @@ static void outcome_print(const struct run *run)
 		pen_print_json(run->finished);
 		return;
 	}
-	for (size_t i = 0; i < run->output_count; i++)
+	for (size_t i = 0; i < run->output_count && !run->options->quiet; i++)
 		(void)printf(
 			"%s: rendered in %.2f s\n", run->outputs[i].path, run->resource.seconds);
 }

@@ -75,7 +75,8 @@ def test_every_format_is_written(place):
 
 def test_a_background_of_one_comes_out_as_one(place):
     """The values, not only the file: a corner of the image shows the background alone."""
-    assert render(place, "small.json", "-o", "out.exr", "--quiet").returncode == 0
+    run = render(place, "small.json", "-o", "out.exr", "--quiet")
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
     pixels = oiio.ImageInput.open(str(place / "out.exr")).read_image("float")
     assert pixels[0][0][0] == 1.0 and pixels[-1][-1][2] == 1.0
 
