@@ -39,9 +39,10 @@ struct pen_shape {
 	float world[3][4];			   /* of a placement that stands still */
 };
 
+/* Embree reads both members as aligned vectors of four. */
 struct pen_disk {
-	struct pen_sphere bounds;
-	float normal[3]; /* unit */
+	_Alignas(16) struct pen_sphere bounds;
+	_Alignas(16) float normal[3]; /* unit */
 };
 
 struct pen_geometry {

@@ -53,6 +53,8 @@ static const char everything[] =
 	"  {\"type\": \"sphere\", \"center\": [3, 3, 2], \"radius\": 0.4, \"radiance\": [8, 7, 5]},"
 	"  {\"type\": \"disk\", \"center\": [0, 4, 2], \"normal\": [0, -1, 0], \"radius\": 0.5,"
 	"   \"radiance\": [4, 5, 6]},"
+	"  {\"type\": \"disk\", \"center\": [-4, 1, 0], \"normal\": [1, 0, 0], \"radius\": 0.5,"
+	"   \"radiance\": [6, 5, 4]},"
 	"  {\"type\": \"point\", \"position\": [-3, 2, 3], \"intensity\": [2, 2, 2]}]}";
 
 /* A white body alone in a white world; the sphere fills the image. */
