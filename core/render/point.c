@@ -266,8 +266,8 @@ static struct own_point own_point_of(const struct pen_geometry *geometry,
 	case PEN_MODEL_DISK: return disk_point(&geometry->disks[model->first], towards);
 	case PEN_MODEL_SPHERES: break;
 	}
-	sphere = pen_sphere_at(&spheres, (int32_t)packet->hits.primitive[lane],
-		packet->rays.time[lane]);
+	sphere = pen_sphere_at(
+		&spheres, (int32_t)packet->hits.primitive[lane], packet->rays.time[lane]);
 	return sphere_point(&sphere, towards);
 }
 
