@@ -1,8 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Static checks: format, clang-tidy, cppcheck, shellcheck, manual pages, and the lint tests. Needs
-# the release preset configured (it is built with compile commands). Files that clang-tidy found
-# clean are not read again until they, a header or the checks change.
+# Static checks: format, clang-tidy, cppcheck, shellcheck, manual pages, and the lint tests.
+#
+#   deploy/check.sh          all of them; clang-tidy takes some ten minutes the first time: files
+#                            that it found clean are read again when they, a header or the checks change
+#   deploy/check.sh quick    without clang-tidy and the lint tests, as tests/run.sh calls it
 # shellcheck disable=SC2317 # the check_ functions are called through step
 set -uo pipefail
 
@@ -77,9 +79,11 @@ check_lint() {
 
 [ -e "$build/compile_commands.json" ] || cmake --preset release >/dev/null || exit 1
 step clang-format check_format
-step clang-tidy check_tidy
 step cppcheck check_cppcheck
 step shellcheck check_scripts
 step mandoc check_manuals
-step lint check_lint
+if [ "${1-}" != quick ]; then
+    step lint check_lint
+    step clang-tidy check_tidy
+fi
 exit $failed

@@ -100,13 +100,13 @@ run_all() {
     build release
     build asan
     pytest_suite lint 60 tests/lint
-    suite check 240 deploy/check.sh
+    suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'
-    ctest_suite unit-asan 90 asan 'unit|integration'
+    ctest_suite unit-asan 150 asan 'unit|integration'
     ctest_suite stat 90 release stat
     pytest_suite integration 480 tests/integration
     pytest_suite stat-images 120 tests/stat
-    pytest_suite reference 240 tests/reference
+    pytest_suite reference 360 tests/reference
     pytest_suite chaos 120 tests/chaos
 }
 
