@@ -37,6 +37,7 @@ test_packages=(
     clang-format clang-tidy     # format and static checks
     cppcheck                    # static checks
     shellcheck                  # scripts
+    spin                        # searches the model of leases and commits
     mandoc                      # manual pages
 )
 
