@@ -263,14 +263,15 @@ static void scatter_both(const struct pen_paths *paths, const struct pen_points 
 void pen_scatter(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, uint32_t slot_end, struct pen_path_queue *queue)
 {
-	const bool is_path = pass->scene->desc->integrator.type == PEN_INTEGRATOR_PATH;
+	const struct pen_integrator_desc *integrator = &pass->scene->desc->integrator;
+	const bool is_path = integrator->type == PEN_INTEGRATOR_PATH;
 	const uint32_t going_on = PEN_KIND_MIRROR | PEN_KIND_GLOSSY | PEN_KIND_CLEAR |
 				  PEN_KIND_FROSTED | (is_path ? PEN_KIND_MATTE : 0u);
 
 	if ((points->kinds & going_on) == 0)
 		return;
-	if (pass->scene->desc->integrator.type == PEN_INTEGRATOR_WHITTED)
-		scatter_both(paths, points, slot_end, queue);
-	else
+	if (integrator->type != PEN_INTEGRATOR_WHITTED)
 		scatter_one(pass, paths, points, slot_end, queue);
+	else if (pass->depth < integrator->max_depth)
+		scatter_both(paths, points, slot_end, queue);
 }

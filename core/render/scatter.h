@@ -16,8 +16,8 @@ void pen_path_queue_close(struct pen_path_queue *queue);
 
 /*
  * Appends the paths that go on from the points, lane by lane: one each, by one sample of a lobe;
- * for whitted both the reflected and the refracted one. Paths of slots from slot_end on are
- * dropped.
+ * for whitted, before max_depth, both the reflected and the refracted one. Paths of slots from
+ * slot_end on are dropped.
  */
 void pen_scatter(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, uint32_t slot_end, struct pen_path_queue *queue);

@@ -66,7 +66,8 @@ static void step_packet(
 	pen_points_find(scene, &paths->packet, &points);
 	if (points.kinds & (PEN_KIND_NOTHING | PEN_KIND_LIGHT))
 		pen_direct_seen(pass, paths, &points, &sum);
-	if (pass->depth < scene->desc->integrator.max_depth) {
+	/* From max_depth a path still looks where its lobe leads, but only for light. */
+	if (pass->depth <= scene->desc->integrator.max_depth) {
 		pen_direct_add(pass, paths, &points, &sum);
 		pen_scatter(pass, paths, &points, dropped_slot(wavefront), &wavefront->next);
 	}

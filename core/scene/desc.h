@@ -60,7 +60,8 @@ enum pen_integrator_type {
 
 struct pen_integrator_desc {
 	enum pen_integrator_type type;
-	uint32_t max_depth; /* scattering events, >= 1; gathering direct light is one */
+	uint32_t max_depth; /* surfaces that pass a path on to another, >= 1; the last one that it
+			       meets gathers direct light */
 };
 
 enum pen_sequence { PEN_SEQUENCE_SOBOL, PEN_SEQUENCE_JITTERED, PEN_SEQUENCE_RANDOM };
