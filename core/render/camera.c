@@ -225,7 +225,9 @@ int pen_camera_init(struct pen_camera *camera, const struct pen_camera_desc *des
 	uint32_t height, struct pen_error *err)
 {
 	const double tan_x = tan(desc->horizontal_fov * M_PI / 360.0);
-	const double turns = desc->blade_rotation / 360.0;
+	/* Unturned, the middle of an edge lies to the right. */
+	const double half_blade = desc->blades > 0 ? 0.5 / desc->blades : 0.0;
+	const double turns = desc->blade_rotation / 360.0 + half_blade;
 	const bool pinhole = desc->aperture_radius <= 0.0;
 
 	*camera = (struct pen_camera){

@@ -157,7 +157,7 @@ static void blades_make_a_polygon(void **state)
 	(void)state;
 	desc.aperture_radius = 2.0;
 	desc.blades = 5;
-	desc.blade_rotation = -270.0;
+	desc.blade_rotation = -306.0; /* 54: half a blade to the right of the top */
 	camera = make_camera(&desc);
 	const struct ray tip = camera_ray(&camera, 0.0f, 0.0f, 0.19999999f, 0.0f, 0.0f);
 
