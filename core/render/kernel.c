@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/kernel.h"
 
+#include "core/render/handful.h"
 #include "core/render/sphere.h"
 #include "core/render/wavefront.h"
 
@@ -8,4 +9,6 @@
 const struct pen_kernel PEN_KERNEL = {
 	.unit = pen_wavefront_unit,
 	.sphere_distances = pen_sphere_distances,
+	.handful_closest = pen_handful_closest,
+	.handful_occluded = pen_handful_occluded,
 };

@@ -4,6 +4,11 @@
 
 #include "core/render/render.h"
 
+#include <stdbool.h>
+
+struct pen_handful;
+struct pen_packet;
+struct pen_rays;
 struct pen_spheres;
 struct pen_wavefront;
 
@@ -18,6 +23,9 @@ struct pen_kernel {
 	/* See pen_sphere_distances. */
 	void (*sphere_distances)(const struct pen_spheres *spheres, uint32_t primitive,
 		const float *rays, uint32_t n, float *ret_distances);
+	/* See core/render/handful.h. */
+	void (*handful_closest)(const struct pen_handful *handful, struct pen_packet *packet);
+	bool (*handful_occluded)(const struct pen_handful *handful, struct pen_rays *rays);
 };
 
 extern const struct pen_kernel pen_kernel_v2, pen_kernel_v3, pen_kernel_v4;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/trace.h"
 
+#include "core/render/handful.h"
 #include "core/render/isa.h"
 #include "core/render/sphere.h"
 
@@ -35,6 +36,9 @@ struct pen_trace {
 	RTCScene *models;	 /* of those that are placed, by model; NULL for the others */
 	RTCGeometry *shapes;	 /* instances, by shape; NULL for the others; owned by scene */
 	uint32_t model_count;
+	bool is_tree_empty;	    /* all is in the handful */
+	struct pen_handful handful; /* what is not in scene */
+	const struct pen_kernel *kernel;
 };
 
 /* A device made before its scene is known: one a process. */
@@ -280,9 +284,13 @@ static void prepare_spheres(struct pen_trace *trace, const struct pen_geometry *
 static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *geometry)
 {
 	trace->scene = scene_create(trace->device);
+	trace->is_tree_empty = true;
 	for (uint32_t id = 0; id < geometry->shape_count; id++) {
 		const struct pen_shape *shape = &geometry->shapes[id];
 
+		if (pen_handful_take(&trace->handful, geometry, id))
+			continue;
+		trace->is_tree_empty = false;
 		if (shape->placement_count > 0)
 			attach_instance(trace, geometry, id);
 		else
@@ -300,6 +308,7 @@ int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
 
 	if (!trace)
 		return pen_error_memory(err);
+	trace->kernel = kernel;
 	trace->model_count = geometry->model_count;
 	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
 	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
@@ -346,17 +355,20 @@ void pen_trace_destroy(struct pen_trace *trace)
 
 double pen_trace_radius(const struct pen_trace *trace)
 {
-	struct RTCBounds box;
+	struct RTCBounds b;
+	double sum = 0.0;
 
-	rtcGetSceneBounds(trace->scene, &box);
-	if (!(box.lower_x <= box.upper_x))
-		return 0.0;
+	rtcGetSceneBounds(trace->scene, &b);
 
-	const double x = (double)box.upper_x - (double)box.lower_x;
-	const double y = (double)box.upper_y - (double)box.lower_y;
-	const double z = (double)box.upper_z - (double)box.lower_z;
+	float box[2][3] = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
 
-	return 0.5 * sqrt(x * x + y * y + z * z);
+	pen_handful_extend_box(&trace->handful, box);
+	for (int k = 0; k < 3 && box[0][k] <= box[1][k]; k++) {
+		const double size = (double)box[1][k] - (double)box[0][k];
+
+		sum += size * size;
+	}
+	return 0.5 * sqrt(sum);
 }
 
 static void park(struct pen_rays *rays, int lane)
@@ -417,7 +429,9 @@ uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct 
 
 	memset(packet->hits.geometry, 0xff, sizeof packet->hits.geometry);
 	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
-	rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
+	trace->kernel->handful_closest(&trace->handful, packet);
+	if (!trace->is_tree_empty)
+		rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
 	return dropped;
 }
 
@@ -427,7 +441,8 @@ uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(rays, valid);
 
-	rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
+	if (trace->kernel->handful_occluded(&trace->handful, rays) && !trace->is_tree_empty)
+		rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
 	for (int i = 0; i < PEN_LANES; i++)
 		rays->tfar[i] = valid[i] ? rays->tfar[i] : -1.0f;
 	return dropped;
