@@ -43,7 +43,7 @@ bool pen_backlog_failed_on(const struct pen_backlog *backlog, uint32_t tile, uin
 uint32_t pen_backlog_take(struct pen_backlog *backlog, uint32_t place);
 
 /* What went out comes back unrendered: it waits again, in a new epoch. */
-void pen_backlog_return(struct pen_backlog *backlog, uint32_t tile);
+void pen_backlog_return(struct pen_backlog *backlog, uint32_t index);
 
 /* What went out has been rendered, and is being merged. */
 void pen_backlog_deliver(struct pen_backlog *backlog, uint32_t tile);

@@ -79,7 +79,7 @@ enum pen_dispatch_outcome {
 };
 
 enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uint64_t worker,
-	const struct pen_msg_result *result, const void *pixels, size_t size,
+	const struct pen_msg_result *result, const void *payload, size_t size,
 	uint64_t *ret_samples);
 enum pen_dispatch_outcome pen_dispatch_failure(
 	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure);

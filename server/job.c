@@ -141,29 +141,29 @@ static int check_change(
 	return 0;
 }
 
-int pen_jobs_set_state(struct pen_jobs *jobs, struct pen_job *shown, enum pen_job_state state,
+int pen_jobs_set_state(struct pen_jobs *jobs, struct pen_job *job, enum pen_job_state state,
 	pen_job_fn *fn, void *user, struct pen_error *err)
 {
-	struct pen_run *run = (struct pen_run *)shown;
+	struct pen_run *run = (struct pen_run *)job;
 	struct pen_dispatch *dispatch = jobs->options.dispatch;
 	int r = check_change(jobs, run, err);
 
 	if (r < 0)
 		return r;
-	if (state == PEN_JOB_RUNNING && (shown->started_ms == 0 || !shown->equivalence_class))
+	if (state == PEN_JOB_RUNNING && (job->started_ms == 0 || !job->equivalence_class))
 		state = PEN_JOB_QUEUED;
 	r = pen_run_store_state(jobs, run, state, NULL, fn, user, err);
 	if (r < 0)
 		return r;
 	switch (state) {
 	case PEN_JOB_CANCELLED:
-		pen_dispatch_remove_job(dispatch, shown->number);
+		pen_dispatch_remove_job(dispatch, job->number);
 		pen_run_halt(run);
 		break;
-	case PEN_JOB_PAUSED: pen_dispatch_pause_job(dispatch, shown->number); break;
+	case PEN_JOB_PAUSED: pen_dispatch_pause_job(dispatch, job->number); break;
 	default:
 		if (run->begun)
-			pen_dispatch_resume_job(dispatch, shown->number);
+			pen_dispatch_resume_job(dispatch, job->number);
 		else
 			pen_run_begin(jobs, run);
 		break;
@@ -171,17 +171,17 @@ int pen_jobs_set_state(struct pen_jobs *jobs, struct pen_job *shown, enum pen_jo
 	return 0;
 }
 
-int pen_jobs_set_priority(struct pen_jobs *jobs, struct pen_job *shown, uint32_t priority,
+int pen_jobs_set_priority(struct pen_jobs *jobs, struct pen_job *job, uint32_t priority,
 	pen_job_fn *fn, void *user, struct pen_error *err)
 {
-	struct pen_run *run = (struct pen_run *)shown;
+	struct pen_run *run = (struct pen_run *)job;
 	int r = check_change(jobs, run, err);
 
 	if (r < 0)
 		return r;
-	shown->priority = priority;
-	pen_dispatch_set_priority(jobs->options.dispatch, shown->number, priority);
-	return pen_run_store_state(jobs, run, shown->state, &shown->error, fn, user, err);
+	job->priority = priority;
+	pen_dispatch_set_priority(jobs->options.dispatch, job->number, priority);
+	return pen_run_store_state(jobs, run, job->state, &job->error, fn, user, err);
 }
 
 static void handle_removed(void *user, const struct pen_error *err)
@@ -206,10 +206,10 @@ static void handle_removed(void *user, const struct pen_error *err)
 	pen_change_finish(change, NULL, err);
 }
 
-int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *shown, pen_job_fn *fn, void *user,
+int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, void *user,
 	struct pen_error *err)
 {
-	struct pen_run *run = (struct pen_run *)shown;
+	struct pen_run *run = (struct pen_run *)job;
 	struct pen_change *change;
 	int r;
 
@@ -217,16 +217,16 @@ int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *shown, pen_job_fn *fn
 		return pen_error_set(err, PEN_ECLOSED, "the server is stopping");
 	if (run->ending)
 		return pen_error_set(err, PEN_ECONFLICT, "the render is just ending; try again");
-	change = pen_change_create(jobs, shown, fn, user);
+	change = pen_change_create(jobs, job, fn, user);
 	if (!change)
 		return pen_error_memory(err);
-	r = pen_store_remove_job(jobs->options.store, shown, handle_removed, change, err);
+	r = pen_store_remove_job(jobs->options.store, job, handle_removed, change, err);
 	if (r < 0) {
 		free(change);
 		return r;
 	}
 	run->ending = true;
-	pen_dispatch_remove_job(jobs->options.dispatch, shown->number);
+	pen_dispatch_remove_job(jobs->options.dispatch, job->number);
 	pen_run_halt(run);
 	return 0;
 }

@@ -122,9 +122,9 @@ void pen_sched_destroy(struct pen_sched *sched);
 
 /* Everything given is copied. The job gets its first leases in the next step. */
 int pen_sched_add_job(
-	struct pen_sched *sched, const struct pen_sched_job *job, struct pen_error *err);
+	struct pen_sched *sched, const struct pen_sched_job *given, struct pen_error *err);
 int pen_sched_add_worker(
-	struct pen_sched *sched, const struct pen_sched_worker *worker, struct pen_error *err);
+	struct pen_sched *sched, const struct pen_sched_worker *given, struct pen_error *err);
 
 /* Unknown jobs and workers in an event are ignored: they have just gone. */
 struct pen_sched_actions pen_sched_step(
