@@ -108,6 +108,7 @@ run_all() {
     pytest_suite stat-images 120 tests/stat
     pytest_suite reference 360 tests/reference
     pytest_suite chaos 120 tests/chaos
+    suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
     pytest_suite model 90 -rP tests/model
 }
 

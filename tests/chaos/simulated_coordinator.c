@@ -1,0 +1,485 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tests/chaos/simulated_coordinator.h"
+
+#include "core/base/clock.h"
+#include "core/base/digest.h"
+#include "core/base/limits.h"
+#include "server/framebuf.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The ledger: what must be true of every lease, result and end */
+
+static struct peer *find_peer(struct sim *sim, uint64_t id)
+{
+	for (uint32_t i = 0; i < sim->worker_count; i++)
+		if (sim->peers[i].id == id)
+			return &sim->peers[i];
+	return NULL;
+}
+
+static struct pen_msg_lease *find_held(struct peer *peer, uint64_t lease)
+{
+	for (uint32_t i = 0; i < peer->count; i++)
+		if (peer->leases[i].lease == lease)
+			return &peer->leases[i];
+	return NULL;
+}
+
+/* The lease ends; good when its pixels are on their way into the framebuffer. */
+static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *held, bool good)
+{
+	struct sim_job *job = sim_find_job(sim, held->job);
+
+	job->tiles[held->tile].out = false;
+	job->tiles[held->tile].merging = good;
+	job->losses += !good;
+	*held = peer->leases[--peer->count];
+}
+
+static void check_lease(struct sim *sim, const struct peer *peer, const struct pen_msg_lease *lease)
+{
+	const struct sim_worker *worker = &sim->workers[peer - sim->peers];
+	const struct sim_job *job = sim_find_job(sim, lease->job);
+	const struct sim_tile *tile = &job->tiles[lease->tile];
+	struct pen_rect rect = pen_tiling_rect(&job->shown.tiling, lease->tile);
+
+	if (!job->listed || job->paused)
+		sim_violate(
+			sim, "a lease of render %u, which is not to go on", (unsigned)lease->job);
+	if (peer->draining)
+		sim_violate(sim, "a lease to a worker that leaves");
+	if (peer->count == 2 * worker->processes)
+		sim_violate(sim, "a lease to a worker that has enough");
+	if (strcmp(job->class_text, worker->class_text) != 0)
+		sim_violate(sim, "a lease to a worker of another class");
+	if (tile->out || tile->merging)
+		sim_violate(sim, "tile %u is leased twice at once", lease->tile);
+	if (lease->round != tile->rounds || lease->round >= job->rounds)
+		sim_violate(sim, "tile %u is leased out of order", lease->tile);
+	if (lease->lease <= sim->lease_last)
+		sim_violate(sim, "a lease's number is used again");
+	if (memcmp(&rect, &lease->rect, sizeof rect) != 0)
+		sim_violate(sim, "a lease with another tile's pixels");
+}
+
+static void dispatch_lease(void *user, uint64_t id, const struct pen_msg_lease *lease)
+{
+	struct sim *sim = user;
+	struct peer *peer = find_peer(sim, id);
+	uint32_t index;
+
+	sim_note(sim,
+		1 ^ id << 4 ^ lease->lease << 12 ^ lease->job << 36 ^ (uint64_t)lease->tile << 44);
+	if (!peer) {
+		sim_violate(sim, "a lease to a worker that has gone");
+		return;
+	}
+	check_lease(sim, peer, lease);
+	if (sim->result->violation[0] != '\0')
+		return;
+	sim->lease_last = lease->lease;
+	sim_find_job(sim, lease->job)->tiles[lease->tile].out = true;
+	peer->leases[peer->count++] = *lease;
+	index = (uint32_t)(peer - sim->peers);
+	sim_post(sim, (struct event){.type = EVENT_LEASE,
+			      .worker = index,
+			      .connection = peer->connection,
+			      .lease = *lease});
+}
+
+static void dispatch_revoke(void *user, uint64_t id, uint64_t lease)
+{
+	struct sim *sim = user;
+	struct peer *peer = find_peer(sim, id);
+	struct pen_msg_lease *held = peer ? find_held(peer, lease) : NULL;
+
+	sim_note(sim, 2 ^ id << 4 ^ lease << 12);
+	if (!held) {
+		if (id != sim->leaving)
+			sim_violate(sim, "a lease is revoked that is not live");
+		return;
+	}
+	sim_post(sim, (struct event){.type = EVENT_REVOKE,
+			      .worker = (uint32_t)(peer - sim->peers),
+			      .connection = peer->connection,
+			      .lease = *held});
+	end_held(sim, peer, held, false);
+}
+
+static float stamp(uint64_t job, uint32_t tile, uint32_t round)
+{
+	return (float)((job * TILES_MAX + tile) * 16 + round);
+}
+
+static const struct pen_job *dispatch_find(void *user, uint64_t number)
+{
+	return &sim_find_job(user, number)->shown;
+}
+
+static void dispatch_started(void *user, uint64_t number, const char *equivalence_class)
+{
+	struct sim_job *job = sim_find_job(user, number);
+
+	(void)snprintf(job->class_text, sizeof job->class_text, "%s", equivalence_class);
+	job->shown.equivalence_class = job->class_text;
+}
+
+static void dispatch_merge(
+	void *user, uint64_t number, uint32_t index, uint32_t round, float *pixels)
+{
+	struct sim *sim = user;
+	struct sim_job *job = sim_find_job(sim, number);
+
+	sim_note(sim, 3 ^ number << 4 ^ (uint64_t)index << 12 ^ (uint64_t)round << 20);
+	if (!sim->expect_merge)
+		sim_violate(sim, "a result without a live lease is merged");
+	else if (round != job->tiles[index].rounds || pixels[0] != stamp(number, index, round))
+		sim_violate(sim, "other pixels are merged than those that were leased");
+	sim->expect_merge = false;
+	free(pixels);
+	sim->result->commits++;
+	job->canvas_ms += sim_draw(sim, 40);
+	if (job->canvas_ms < pen_clock_ms())
+		job->canvas_ms = pen_clock_ms();
+	sim_push_job(sim, job, EVENT_MERGED, index, job->canvas_ms - pen_clock_ms());
+}
+
+static bool is_complete(const struct sim_job *job)
+{
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
+		if (job->tiles[i].rounds != job->rounds)
+			return false;
+	return true;
+}
+
+/* From nothing, with whatever workers there are. */
+static void forget_pixels(struct sim_job *job)
+{
+	for (uint32_t i = 0; i < TILES_MAX; i++)
+		job->tiles[i] = (struct sim_tile){0};
+	job->class_text[0] = '\0';
+	job->shown.equivalence_class = NULL;
+}
+
+static void dispatch_ended(
+	void *user, uint64_t number, enum pen_dispatch_end end, const char *reason)
+{
+	struct sim *sim = user;
+	struct sim_job *job = sim_find_job(sim, number);
+
+	sim_note(sim, 4 ^ number << 4 ^ (uint64_t)end << 12);
+	if (!job->listed)
+		sim_violate(sim, "render %u ends twice", (unsigned)number);
+	job->listed = false;
+	job->incarnation++;
+	switch (end) {
+	case PEN_DISPATCH_RENDERED:
+		if (!is_complete(job))
+			sim_violate(sim, "render %u lacks a tile", (unsigned)number);
+		sim_push_job(sim, job, EVENT_SYNCED, 0, sim_draw(sim, 100));
+		break;
+	case PEN_DISPATCH_FAILED:
+		if (job->losses < PEN_BLAME_MAX || !strstr(reason, "tile"))
+			sim_violate(sim, "render %u fails without a fault: %s", (unsigned)number,
+				reason);
+		sim_push_job(sim, job, EVENT_STORED, PEN_JOB_FAILED, sim_draw(sim, 50));
+		break;
+	case PEN_DISPATCH_ABANDONED:
+		forget_pixels(job);
+		sim_push_job(sim, job, EVENT_BEGIN, 0, sim_draw(sim, 50));
+		break;
+	}
+}
+
+/* The coordinator around the dispatch: server/farm.c, server/run.c and what is on the disk */
+
+void sim_coordinator_start(struct sim *sim)
+{
+	struct pen_dispatch_jobs jobs = {
+		dispatch_find, dispatch_started, dispatch_merge, dispatch_ended, sim};
+	struct pen_dispatch_farm farm = {dispatch_lease, dispatch_revoke, sim};
+
+	if (pen_dispatch_create(&sim->dispatch, NULL) < 0)
+		abort();
+	pen_dispatch_connect_jobs(sim->dispatch, &jobs);
+	pen_dispatch_connect_farm(sim->dispatch, &farm);
+	sim->peer_last = sim->lease_last = 0;
+	sim->incarnation++;
+}
+
+static void begin_job(struct sim *sim, struct sim_job *job)
+{
+	uint16_t rounds[TILES_MAX];
+	struct pen_sched_job added = {
+		.number = job->shown.number,
+		.tiling = &job->shown.tiling,
+		.samples = job->shown.samples,
+		.priority = job->shown.priority,
+		.paused = job->paused,
+		.equivalence_class = job->shown.equivalence_class,
+		.rounds = rounds,
+	};
+
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
+		rounds[i] = job->tiles[i].rounds;
+	job->losses = 0;
+	if (is_complete(job)) {
+		sim_push_job(sim, job, EVENT_SYNCED, 0, sim_draw(sim, 100));
+		return;
+	}
+	job->listed = true;
+	job->synced = false;
+	if (pen_dispatch_add_job(sim->dispatch, &added, NULL) < 0)
+		abort();
+}
+
+static void drop_peer(struct sim *sim, struct peer *peer)
+{
+	sim->leaving = peer->id;
+	while (peer->count > 0)
+		end_held(sim, peer, &peer->leases[0], false);
+	*peer = (struct peer){0};
+	pen_dispatch_remove_worker(sim->dispatch, sim->leaving);
+	sim->leaving = 0;
+}
+
+static void close_peer(struct sim *sim, struct peer *peer)
+{
+	sim_post(sim, (struct event){.type = EVENT_CLOSED,
+			      .worker = (uint32_t)(peer - sim->peers),
+			      .connection = peer->connection});
+	drop_peer(sim, peer);
+}
+
+static void handle_hello(struct sim *sim, const struct event *event)
+{
+	struct peer *peer = &sim->peers[event->worker];
+	const struct sim_worker *worker = &sim->workers[event->worker];
+	struct pen_sched_worker added = {0, worker->processes, worker->class_text};
+
+	if (peer->id != 0)
+		drop_peer(sim, peer);
+	*peer = (struct peer){.id = ++sim->peer_last,
+		.connection = event->connection,
+		.heard_ms = pen_clock_ms()};
+	added.id = peer->id;
+	if (pen_dispatch_add_worker(sim->dispatch, &added, NULL) < 0)
+		abort();
+}
+
+static void handle_tick(struct sim *sim)
+{
+	for (uint32_t i = 0; i < sim->worker_count; i++)
+		if (sim->peers[i].id != 0 && pen_clock_ms() - sim->peers[i].heard_ms > PEN_DEAD_MS)
+			close_peer(sim, &sim->peers[i]);
+	pen_dispatch_tick(sim->dispatch);
+	sim_push(sim, (struct event){.type = EVENT_TICK}, TICK_MS);
+}
+
+/* The pixels of a result, and what is said of them, both as the lie wants. */
+static size_t make_result(const struct pen_msg_lease *lease, enum lie lie, float *pixels,
+	struct pen_msg_result *ret_result)
+{
+	size_t size = pen_framebuf_tile_bytes(lease->rect);
+	float samples = (float)(lease->sample_end - lease->sample_first);
+
+	for (size_t i = 0; i < size / sizeof *pixels; i++)
+		pixels[i] = i % PEN_CHANNELS == PEN_CHANNELS - 1 ? samples : 0;
+	pixels[0] = stamp(lease->job, lease->tile, lease->round);
+	if (lie == LIE_NAN)
+		pixels[1] = NAN;
+	if (lie == LIE_COUNT)
+		pixels[PEN_CHANNELS - 1] = samples + 1;
+	*ret_result = (struct pen_msg_result){
+		.lease = lease->lease + (lie == LIE_LEASE),
+		.job = lease->job,
+		.epoch = lease->epoch + (lie == LIE_EPOCH),
+		.tile = lease->tile + (lie == LIE_TILE),
+		.round = lease->round,
+		.xxh3 = pen_xxh3(pixels, size) ^ (lie == LIE_HASH),
+		.render_us = 1000 * (1 + (uint32_t)(lease->lease % 50)),
+	};
+	return lie == LIE_SIZE ? size - sizeof *pixels : size;
+}
+
+/* Rounds and epochs of a tile's commits rise within one life of the coordinator and the job. */
+static void check_commit(struct sim *sim, struct sim_tile *tile, const struct pen_msg_lease *lease)
+{
+	uint64_t key = ((uint64_t)lease->round << 32 | lease->epoch) + 1;
+
+	if (key <= tile->committed)
+		sim_violate(sim, "tile %u commits round %u twice", lease->tile, lease->round);
+	tile->committed = key;
+}
+
+static void handle_result(struct sim *sim, struct peer *peer, const struct event *event)
+{
+	float pixels[16 * 16 * PEN_CHANNELS];
+	struct pen_msg_result result;
+	enum lie lie = (enum lie)event->detail;
+	size_t size = make_result(&event->lease, lie, pixels, &result);
+	struct pen_msg_lease *held = find_held(peer, result.lease);
+	enum pen_dispatch_outcome expected = PEN_OUTCOME_GONE, outcome;
+	uint64_t samples;
+
+	if (held && held->job == result.job && held->tile == result.tile &&
+		held->round == result.round && held->epoch == result.epoch)
+		expected = lie == LIE_NONE ? PEN_OUTCOME_GOOD : PEN_OUTCOME_BAD;
+	sim->expect_merge = expected == PEN_OUTCOME_GOOD;
+	if (sim->expect_merge)
+		check_commit(sim, &sim_find_job(sim, held->job)->tiles[held->tile], held);
+	if (expected != PEN_OUTCOME_GONE)
+		end_held(sim, peer, held, sim->expect_merge);
+	else
+		sim->result->stale++;
+	outcome = pen_dispatch_result(sim->dispatch, peer->id, &result, pixels, size, &samples);
+	if (outcome != expected)
+		sim_violate(sim, "a result of tile %u is taken as %u instead of %u",
+			event->lease.tile, (unsigned)outcome, (unsigned)expected);
+}
+
+static void handle_failure(struct sim *sim, struct peer *peer, const struct event *event)
+{
+	struct pen_msg_failure failure = {
+		event->lease.lease, (enum pen_fault)event->detail, "render process ended"};
+	struct pen_msg_lease *held = find_held(peer, failure.lease);
+	bool live = held != NULL;
+
+	if (live)
+		end_held(sim, peer, held, false);
+	if ((pen_dispatch_failure(sim->dispatch, peer->id, &failure) != PEN_OUTCOME_GONE) != live)
+		sim_violate(sim, "a failure counts although its lease is not live, or does not");
+}
+
+/* A message that has arrived, of a connection that is still open. */
+static void handle_message(struct sim *sim, struct peer *peer, const struct event *event)
+{
+	struct pen_msg_heartbeat heartbeat = {
+		event->lease.lease != 0, &event->lease.lease, &event->samples};
+
+	peer->heard_ms = pen_clock_ms();
+	switch (event->type) {
+	case EVENT_PROGRESS: pen_dispatch_progress(sim->dispatch, peer->id, &heartbeat); break;
+	case EVENT_RESULT: handle_result(sim, peer, event); break;
+	case EVENT_FAILURE: handle_failure(sim, peer, event); break;
+	case EVENT_DRAINING:
+		peer->draining = true;
+		pen_dispatch_drain_worker(sim->dispatch, peer->id);
+		break;
+	default: drop_peer(sim, peer); break;
+	}
+}
+
+static void handle_merged(struct sim *sim, struct sim_job *job, uint32_t index)
+{
+	struct sim_tile *tile = &job->tiles[index];
+
+	tile->file = ++tile->rounds;
+	tile->merging = false;
+	sim_push_job(sim, job, EVENT_FLUSHED, index, sim_draw(sim, 1000));
+	pen_dispatch_merged(sim->dispatch, job->shown.number, index);
+}
+
+static void handle_stored(struct sim *sim, struct sim_job *job, enum pen_job_state state)
+{
+	job->shown.state = state;
+	sim->result->done += state == PEN_JOB_DONE;
+	sim->result->failed += state == PEN_JOB_FAILED;
+	sim->result->cancelled += state == PEN_JOB_CANCELLED;
+	for (uint32_t i = 0; state == PEN_JOB_DONE && i < job->shown.tiling.count; i++)
+		if (job->tiles[i].file != job->rounds || !job->synced)
+			sim_violate(sim, "render %u is done without its pixels",
+				(unsigned)job->shown.number);
+}
+
+static void handle_job(struct sim *sim, struct sim_job *job, const struct event *event)
+{
+	switch (event->type) {
+	case EVENT_SUBMIT:
+		job->accepted = true;
+		begin_job(sim, job);
+		break;
+	case EVENT_BEGIN: begin_job(sim, job); break;
+	case EVENT_MERGED: handle_merged(sim, job, event->detail); break;
+	case EVENT_FLUSHED: job->tiles[event->detail].row = job->tiles[event->detail].rounds; break;
+	case EVENT_SYNCED:
+		job->synced = true;
+		sim_push_job(sim, job, EVENT_STORED, PEN_JOB_DONE, sim_draw(sim, 50));
+		break;
+	default: handle_stored(sim, job, (enum pen_job_state)event->detail); break;
+	}
+}
+
+/* What a new coordinator finds: rows, and framebuffers that fit them or not. */
+static void recover_job(struct sim *sim, struct sim_job *job, bool power)
+{
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++) {
+		struct sim_tile *tile = &job->tiles[i];
+
+		if (tile->merging && sim_draw(sim, 2) == 0)
+			tile->file = (uint16_t)(tile->rounds + 1);
+		if (power && !job->synced && sim_draw(sim, 3) == 0)
+			tile->file = TORN;
+		tile->rounds = tile->file == tile->row ? tile->row : 0;
+		tile->out = tile->merging = false;
+		tile->committed = 0;
+	}
+	job->incarnation++;
+	job->listed = false;
+	job->canvas_ms = 0;
+}
+
+void sim_coordinator_restart(struct sim *sim, bool power)
+{
+	pen_dispatch_destroy(sim->dispatch);
+	sim_coordinator_start(sim);
+	for (uint32_t i = 0; i < sim->worker_count; i++) {
+		sim->peers[i] = (struct peer){0};
+		if (sim->workers[i].connection != 0)
+			sim_post_from(sim, i, (struct event){.type = EVENT_CLOSED});
+	}
+	for (uint32_t i = 0; i < sim->job_count; i++) {
+		struct sim_job *job = &sim->jobs[i];
+
+		if (!job->accepted || job->shown.state >= PEN_JOB_DONE)
+			continue;
+		recover_job(sim, job, power);
+		begin_job(sim, job);
+	}
+}
+
+void sim_coordinator_pause(struct sim *sim, struct sim_job *job, bool paused)
+{
+	job->paused = paused;
+	if (paused)
+		pen_dispatch_pause_job(sim->dispatch, job->shown.number);
+	else
+		pen_dispatch_resume_job(sim->dispatch, job->shown.number);
+}
+
+void sim_coordinator_cancel(struct sim *sim, struct sim_job *job)
+{
+	job->listed = false;
+	job->incarnation++;
+	pen_dispatch_remove_job(sim->dispatch, job->shown.number);
+	sim_push_job(sim, job, EVENT_STORED, PEN_JOB_CANCELLED, sim_draw(sim, 50));
+}
+
+void sim_coordinator_handle(struct sim *sim, const struct event *event)
+{
+	struct peer *peer = &sim->peers[event->worker];
+	struct sim_job *job = event->job != 0 ? sim_find_job(sim, event->job) : NULL;
+
+	if (event->type == EVENT_TICK)
+		handle_tick(sim);
+	else if (event->type == EVENT_HELLO)
+		handle_hello(sim, event);
+	else if (job && event->incarnation == job->incarnation)
+		handle_job(sim, job, event);
+	else if (!job && peer->id != 0 && peer->connection == event->connection)
+		handle_message(sim, peer, event);
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_TESTS_CHAOS_WORLD_H
+#define PEN_TESTS_CHAOS_WORLD_H
+
+#include "server/dispatch.h"
+#include "tests/chaos/event_queue.h"
+#include "tests/chaos/simulation.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* The inside of a simulation: what there is, what happens by chance, and how messages travel. */
+
+enum {
+	JOBS_MAX = 10,
+	WORKERS_MAX = 5,
+	PROCESSES_MAX = 4,
+	TILES_MAX = 16,
+	UNITS_MAX = 64, /* of a worker, those included that the coordinator has forgotten */
+	HEAL_MS = 600000,
+	END_MS = HEAL_MS + 4 * PEN_LEASE_HARD_MS,
+	TICK_MS = 500,
+	TORN = UINT16_MAX /* rounds in a framebuffer whose bytes fit no row */
+};
+
+enum lie { LIE_NONE, LIE_SIZE, LIE_HASH, LIE_NAN, LIE_COUNT, LIE_TILE, LIE_EPOCH, LIE_LEASE, LIES };
+
+struct unit {
+	struct pen_msg_lease lease;
+	bool running, hung;
+	uint64_t samples; /* finished */
+};
+
+struct sim_worker {
+	uint32_t processes;
+	const char *class_text;
+	uint64_t connection; /* 0: none */
+	struct unit units[UNITS_MAX];
+	uint32_t count;
+	bool leaving;
+	int64_t cut_until_ms;
+	int64_t sent_ms[2]; /* the last message to and from it arrives: wires keep the order */
+};
+
+/* A worker as the coordinator sees it, with the ledger of its leases. */
+struct peer {
+	uint64_t id; /* 0: not connected */
+	uint64_t connection;
+	int64_t heard_ms;
+	bool draining;
+	struct pen_msg_lease leases[2 * PROCESSES_MAX];
+	uint32_t count;
+};
+
+struct sim_tile {
+	uint16_t rounds;    /* merged, as this coordinator knows */
+	uint16_t row, file; /* rounds in the store and in the framebuffer */
+	bool out, merging;
+	uint64_t committed; /* round and epoch of the last commit, plus 1 */
+};
+
+struct sim_job {
+	struct pen_job shown;
+	char class_text[4];
+	uint64_t incarnation; /* events of an older one are dropped */
+	bool accepted, listed, paused, synced;
+	uint32_t rounds, poison; /* the tile that always crashes; TILES_MAX: none */
+	uint32_t losses;	 /* leases that brought nothing, of the current incarnation */
+	int64_t canvas_ms;
+	struct sim_tile tiles[TILES_MAX];
+};
+
+struct sim {
+	struct sim_result *result;
+	struct pen_dispatch *dispatch;
+	struct event_queue queue;
+	uint64_t random;
+	uint32_t rate[SIM_FAULTS]; /* per mille */
+	uint64_t incarnation, connection_last, peer_last, lease_last, leaving;
+	bool expect_merge;
+	struct sim_worker workers[WORKERS_MAX];
+	struct peer peers[WORKERS_MAX];
+	uint32_t worker_count, job_count;
+	struct sim_job jobs[JOBS_MAX];
+};
+
+/* What pen_clock_ms tells from now on. */
+void sim_set_time(int64_t now_ms);
+
+uint32_t sim_draw(struct sim *sim, uint32_t below);
+
+/* Whether a fault strikes now; never after HEAL_MS. */
+bool sim_strikes(struct sim *sim, enum sim_fault fault);
+
+/* Adds a decision to the log. */
+void sim_note(struct sim *sim, uint64_t what);
+
+/* The run is over: a promise is broken. The first one counts. */
+__attribute__((format(printf, 2, 3))) void sim_violate(struct sim *sim, const char *format, ...);
+
+struct sim_job *sim_find_job(struct sim *sim, uint64_t number);
+
+void sim_push(struct sim *sim, struct event event, int64_t delay_ms);
+void sim_push_job(struct sim *sim, const struct sim_job *job, enum event_type type, uint32_t detail,
+	int64_t delay_ms);
+
+/* A message between a worker and the coordinator, which the wire may spoil. */
+void sim_post(struct sim *sim, struct event event);
+void sim_post_from(struct sim *sim, uint32_t index, struct event event);
+
+#endif
