@@ -49,31 +49,74 @@ static void store_point(
 	to->error[lane] = error;
 }
 
-static void look_up(const struct pen_render_scene *scene, const struct pen_hits *hits,
+PEN_LANE void store_surface(struct pen_points *to, struct lookup *lookup, int lane,
+	struct pen_target target, struct pen_surface surface)
+{
+	lookup->route[lane] = target.route;
+	lookup->normal_offset[lane] = target.normal_offset;
+	to->kind[lane] = surface.kind;
+	to->light[lane] = surface.light;
+	to->red[lane] = surface.red;
+	to->green[lane] = surface.green;
+	to->blue[lane] = surface.blue;
+	to->alpha[lane] = surface.alpha;
+	to->eta[lane] = surface.ior;
+}
+
+/* nothing: the target of no hit. */
+PEN_LANE int32_t target_of(const struct pen_hits *hits, int lane, uint32_t nothing)
+{
+	const uint32_t placed = hits->instance[lane];
+	const uint32_t id = hits->geometry[lane];
+	const uint32_t shape = placed != PEN_NO_INDEX ? placed : id;
+
+	return (int32_t)(id == PEN_NO_INDEX ? nothing : shape);
+}
+
+/* Whether all lanes hit one shape, which is found faster: most camera packets do. */
+static bool hits_one_shape(const struct pen_hits *hits)
+{
+	uint32_t difference = 0;
+
+#pragma omp simd reduction(| : difference)
+	for (int i = 0; i < PEN_LANES; i++)
+		difference |= (hits->geometry[i] ^ hits->geometry[0]) |
+			      (hits->instance[i] ^ hits->instance[0]);
+	return difference == 0;
+}
+
+static void look_up_one(const struct pen_render_scene *scene, const struct pen_hits *hits,
 	struct pen_points *to, struct lookup *lookup)
 {
+	const uint32_t nothing = scene->geometry.shape_count;
+	const struct pen_target target = scene->targets[target_of(hits, 0, nothing)];
+	const struct pen_surface surface = scene->surfaces[target.surface];
+
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		store_surface(to, lookup, i, target, surface);
+		lookup->primitive[i] = (int32_t)(target.first + hits->primitive[i]);
+	}
+	lookup->routes = target.route;
+	lookup->is_smooth = target.normal_offset != PEN_NO_INDEX;
+	to->kinds = surface.kind;
+}
+
+static void look_up_each(const struct pen_render_scene *scene, const struct pen_hits *hits,
+	struct pen_points *to, struct lookup *lookup)
+{
+	const struct pen_target *const targets = scene->targets;
+	const struct pen_surface *const surfaces = scene->surfaces;
 	const uint32_t nothing = scene->geometry.shape_count;
 	uint32_t routes = 0, kinds = 0, smooth = 0;
 
 #pragma omp simd reduction(| : routes, kinds, smooth)
 	for (int i = 0; i < PEN_LANES; i++) {
-		const uint32_t placed = hits->instance[i];
-		const uint32_t id = hits->geometry[i];
-		const uint32_t shape = placed != PEN_NO_INDEX ? placed : id;
-		const int32_t index = (int32_t)(id == PEN_NO_INDEX ? nothing : shape);
-		const struct pen_target *target = &scene->targets[index];
-		const struct pen_surface *surface = &scene->surfaces[(int32_t)target->surface];
+		const struct pen_target *target = &targets[target_of(hits, i, nothing)];
+		const struct pen_surface *surface = &surfaces[(int32_t)target->surface];
 
-		lookup->route[i] = target->route;
+		store_surface(to, lookup, i, *target, *surface);
 		lookup->primitive[i] = (int32_t)(target->first + hits->primitive[i]);
-		lookup->normal_offset[i] = target->normal_offset;
-		to->kind[i] = surface->kind;
-		to->light[i] = surface->light;
-		to->red[i] = surface->red;
-		to->green[i] = surface->green;
-		to->blue[i] = surface->blue;
-		to->alpha[i] = surface->alpha;
-		to->eta[i] = surface->ior;
 		routes |= target->route;
 		kinds |= surface->kind;
 		smooth |= ~target->normal_offset;
@@ -86,14 +129,16 @@ static void look_up(const struct pen_render_scene *scene, const struct pen_hits 
 static void find_triangles(const struct pen_geometry *geometry, const struct pen_hits *hits,
 	const struct lookup *lookup, struct pen_points *to)
 {
+	const int32_t *const indices = (const int32_t *)geometry->indices;
+	const float *const pool = geometry->vertices;
+
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const int wanted = lookup->route[i] == PEN_ROUTE_TRIANGLE;
-		const int32_t triangle = wanted ? lookup->primitive[i] : 0;
-		const int32_t *index = (const int32_t *)geometry->indices + 3 * triangle;
-		const struct pen_vec3 a = vertex(geometry->vertices, index[0]);
-		const struct pen_vec3 b = vertex(geometry->vertices, index[1]);
-		const struct pen_vec3 c = vertex(geometry->vertices, index[2]);
+		const int32_t *index = indices + 3 * (lookup->primitive[i] & -wanted);
+		const struct pen_vec3 a = vertex(pool, index[0]);
+		const struct pen_vec3 b = vertex(pool, index[1]);
+		const struct pen_vec3 c = vertex(pool, index[2]);
 		const struct pen_vec3 p = blend(a, b, c, hits->u[i], hits->v[i]);
 		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
 		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
@@ -111,11 +156,12 @@ static void find_triangles(const struct pen_geometry *geometry, const struct pen
 static void find_spheres(const struct pen_geometry *geometry, const struct pen_rays *rays,
 	const struct lookup *lookup, struct pen_points *to)
 {
+	const struct pen_sphere *const spheres = geometry->spheres;
+
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const int wanted = lookup->route[i] == PEN_ROUTE_SPHERE;
-		const struct pen_sphere *sphere =
-			&geometry->spheres[wanted ? lookup->primitive[i] : 0];
+		const struct pen_sphere *sphere = &spheres[lookup->primitive[i] & -wanted];
 		const struct pen_vec3 center = {sphere->x, sphere->y, sphere->z};
 		const float radius = sphere->radius;
 		const struct pen_vec3 n = pen_normalize(pen_vec3(
@@ -325,15 +371,17 @@ static void copy_normals(struct pen_points *to)
 static void find_smooth_normals(const struct pen_geometry *geometry, const struct pen_hits *hits,
 	const struct lookup *lookup, struct pen_points *to)
 {
+	const int32_t *const indices = (const int32_t *)geometry->indices;
+	const float *const pool = geometry->normals;
+
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const int wanted = lookup->normal_offset[i] != PEN_NO_INDEX;
-		const int32_t triangle = wanted ? lookup->primitive[i] : 0;
 		const int32_t shift = (int32_t)lookup->normal_offset[i];
-		const int32_t *index = (const int32_t *)geometry->indices + 3 * triangle;
-		const struct pen_vec3 a = vertex(geometry->normals, wanted ? index[0] + shift : 0);
-		const struct pen_vec3 b = vertex(geometry->normals, wanted ? index[1] + shift : 0);
-		const struct pen_vec3 c = vertex(geometry->normals, wanted ? index[2] + shift : 0);
+		const int32_t *index = indices + 3 * (lookup->primitive[i] & -wanted);
+		const struct pen_vec3 a = vertex(pool, (index[0] + shift) & -wanted);
+		const struct pen_vec3 b = vertex(pool, (index[1] + shift) & -wanted);
+		const struct pen_vec3 c = vertex(pool, (index[2] + shift) & -wanted);
 		const struct pen_vec3 n = pen_normalize(blend(a, b, c, hits->u[i], hits->v[i]));
 
 		to->normal_x[i] = wanted ? n.x : to->normal_x[i];
@@ -379,7 +427,10 @@ void pen_points_find(const struct pen_render_scene *scene, const struct pen_pack
 	const struct pen_geometry *geometry = &scene->geometry;
 	struct lookup lookup;
 
-	look_up(scene, &packet->hits, ret_points, &lookup);
+	if (hits_one_shape(&packet->hits))
+		look_up_one(scene, &packet->hits, ret_points, &lookup);
+	else
+		look_up_each(scene, &packet->hits, ret_points, &lookup);
 	if (lookup.routes & PEN_ROUTE_NONE)
 		for (int i = 0; i < PEN_LANES; i++)
 			store_point(ret_points, i, pen_vec3(0, 0, 0), pen_vec3(0, 0, 1), 0);
