@@ -43,7 +43,7 @@ struct event {
 	enum event_type type;
 	uint32_t worker;
 	uint64_t connection;  /* of the worker: messages of an older one are not read */
-	uint64_t incarnation; /* of the coordinator or the job, likewise */
+	uint64_t incarnation; /* of the job, likewise */
 	uint64_t job;
 	struct pen_msg_lease lease;
 	uint32_t detail; /* a pen_fault, a job's state, a kind of lie */

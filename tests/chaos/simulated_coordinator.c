@@ -208,7 +208,6 @@ void sim_coordinator_start(struct sim *sim)
 	pen_dispatch_connect_jobs(sim->dispatch, &jobs);
 	pen_dispatch_connect_farm(sim->dispatch, &farm);
 	sim->peer_last = sim->lease_last = 0;
-	sim->incarnation++;
 }
 
 static void begin_job(struct sim *sim, struct sim_job *job)

@@ -76,7 +76,7 @@ struct sim {
 	struct event_queue queue;
 	uint64_t random;
 	uint32_t rate[SIM_FAULTS]; /* per mille */
-	uint64_t incarnation, connection_last, peer_last, lease_last, leaving;
+	uint64_t connection_last, peer_last, lease_last, leaving;
 	bool expect_merge;
 	struct sim_worker workers[WORKERS_MAX];
 	struct peer peers[WORKERS_MAX];
