@@ -126,19 +126,42 @@ static void look_up_each(const struct pen_render_scene *scene, const struct pen_
 	to->kinds = kinds;
 }
 
-static void find_triangles(const struct pen_geometry *geometry, const struct pen_hits *hits,
-	const struct lookup *lookup, struct pen_points *to)
+/* The vertices of the triangles that lanes hit, in their pool; some triangle's in other lanes. */
+struct corners {
+	_Alignas(64) int32_t a[PEN_LANES];
+	int32_t b[PEN_LANES];
+	int32_t c[PEN_LANES];
+};
+
+static void find_corners(
+	const struct pen_geometry *geometry, const struct lookup *lookup, struct corners *ret)
 {
 	const int32_t *const indices = (const int32_t *)geometry->indices;
-	const float *const pool = geometry->vertices;
 
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const int wanted = lookup->route[i] == PEN_ROUTE_TRIANGLE;
-		const int32_t *index = indices + 3 * (lookup->primitive[i] & -wanted);
-		const struct pen_vec3 a = vertex(pool, index[0]);
-		const struct pen_vec3 b = vertex(pool, index[1]);
-		const struct pen_vec3 c = vertex(pool, index[2]);
+		const int32_t first = 3 * (lookup->primitive[i] & -wanted);
+
+		ret->a[i] = indices[first];
+		ret->b[i] = indices[first + 1];
+		ret->c[i] = indices[first + 2];
+	}
+}
+
+static void find_triangles(const struct pen_geometry *geometry, const struct pen_hits *hits,
+	const struct lookup *lookup, struct pen_points *to)
+{
+	const float *const pool = geometry->vertices;
+	struct corners corners;
+
+	find_corners(geometry, lookup, &corners);
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->route[i] == PEN_ROUTE_TRIANGLE;
+		const struct pen_vec3 a = vertex(pool, corners.a[i]);
+		const struct pen_vec3 b = vertex(pool, corners.b[i]);
+		const struct pen_vec3 c = vertex(pool, corners.c[i]);
 		const struct pen_vec3 p = blend(a, b, c, hits->u[i], hits->v[i]);
 		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
 		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
