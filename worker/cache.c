@@ -148,11 +148,12 @@ static void handle_done(
 	cache->events->done(cache->user, host, slot, answer);
 }
 
-static void handle_lost(void *user, uint64_t lease, enum pen_fault fault, const char *reason)
+static void handle_lost(
+	void *user, uint32_t slot, uint64_t lease, enum pen_fault fault, const char *reason)
 {
 	struct pen_cache *cache = user;
 
-	cache->events->lost(cache->user, lease, fault, reason);
+	cache->events->lost(cache->user, slot, lease, fault, reason);
 }
 
 static const struct pen_host_events host_events = {

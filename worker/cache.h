@@ -31,7 +31,8 @@ struct pen_cache_events {
 	/* As in struct pen_host_events. */
 	void (*done)(
 		void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer);
-	void (*lost)(void *user, uint64_t lease, enum pen_fault fault, const char *reason);
+	void (*lost)(void *user, uint32_t slot, uint64_t lease, enum pen_fault fault,
+		const char *reason);
 };
 
 int pen_cache_create(uv_loop_t *loop, const struct pen_zygote *zygote,

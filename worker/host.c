@@ -89,7 +89,8 @@ static void lose(struct slot *slot, enum pen_fault fault, const char *reason)
 
 	slot->lease = 0;
 	if (lease != 0)
-		host->events->lost(host->user, lease, fault, reason);
+		host->events->lost(
+			host->user, (uint32_t)(slot - host->slots), lease, fault, reason);
 }
 
 static void handle_answer(struct slot *slot, const struct pen_answer *answer, pid_t sender)

@@ -28,8 +28,9 @@ struct pen_host_events {
 	/* An order has been rendered; its pixels stay until the slot's next order. */
 	void (*done)(
 		void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer);
-	/* An order ends without pixels. */
-	void (*lost)(void *user, uint64_t lease, enum pen_fault fault, const char *reason);
+	/* A slot's order ends without pixels. */
+	void (*lost)(void *user, uint32_t slot, uint64_t lease, enum pen_fault fault,
+		const char *reason);
 };
 
 /* id names the scene process to the zygote and is never used twice. */

@@ -81,12 +81,13 @@ static void fail(struct pool *pool, struct lease *lease, enum pen_fault fault, c
 	remove_lease(pool, lease);
 }
 
+/* One that is still wanted: a coordinator that starts again counts its leases from 1 again. */
 static struct lease *find_lease(struct pool *pool, uint64_t id)
 {
 	struct lease *lease;
 
 	TAILQ_FOREACH (lease, &pool->leases, link)
-		if (lease->msg.lease == id)
+		if (lease->msg.lease == id && !lease->revoked)
 			return lease;
 	return NULL;
 }
@@ -248,12 +249,13 @@ static void handle_done(
 	finish_when_drained(pool);
 }
 
-static void handle_lost(void *user, uint64_t id, enum pen_fault fault, const char *reason)
+static void handle_lost(
+	void *user, uint32_t slot, uint64_t id, enum pen_fault fault, const char *reason)
 {
 	struct pool *pool = user;
-	struct lease *lease = find_lease(pool, id);
+	struct lease *lease = pool->running[slot];
 
-	if (lease)
+	if (lease && lease->msg.lease == id)
 		fail(pool, lease, fault, reason);
 }
 

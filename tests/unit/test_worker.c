@@ -233,6 +233,29 @@ static void test_reconnect(void **state)
 	coordinator_finish(&c);
 }
 
+/*
+ * Fails when a unit of the old connection, still ending, is taken for one of the new connection
+ * that a restarted coordinator gave the same number.
+ */
+static void test_lease_number_again(void **state)
+{
+	struct coordinator c;
+
+	(void)state;
+	coordinator_init(&c, "2");
+	coordinator_lease(&c, 1, SEED_HANG, DEADLINE_MS);
+	coordinator_await_running(&c, 1);
+	coordinator_hang_up(&c);
+	coordinator_accept(&c);
+	coordinator_lease(&c, 1, SEED_CRASH, DEADLINE_MS);
+	coordinator_expect_failure(&c, 1, PEN_FAULT_CRASH, "SIGSEGV");
+	coordinator_lease(&c, 2, SEED_SLOW, DEADLINE_MS);
+	coordinator_lease(&c, 3, SEED_SLOW, DEADLINE_MS);
+	coordinator_expect_result(&c, 2, SEED_SLOW);
+	coordinator_expect_result(&c, 3, SEED_SLOW);
+	coordinator_finish(&c);
+}
+
 /* Fails when SIGTERM drops the running unit, keeps the waiting one, or leaves a process behind. */
 static void test_drain(void **state)
 {
@@ -356,6 +379,7 @@ int main(void)
 		cmocka_unit_test(test_bad_scenes),
 		cmocka_unit_test(test_revoke),
 		cmocka_unit_test(test_reconnect),
+		cmocka_unit_test(test_lease_number_again),
 		cmocka_unit_test(test_drain),
 		cmocka_unit_test(test_refused),
 		cmocka_unit_test(test_dies_as_one),
