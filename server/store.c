@@ -561,26 +561,30 @@ static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *
 	return r;
 }
 
+static int visit_job(struct pen_store *store, const struct pen_store_visitor *visitor,
+	sqlite3_stmt *row, sqlite3_stmt *tiles, struct pen_error *err)
+{
+	struct pen_job job;
+	int r;
+
+	if (!read_job(row, &job, &job.name, &job.equivalence_class))
+		return pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
+			(unsigned long long)column_number(row, 0));
+	r = visitor->job(visitor->user, &job, err);
+	return r == 0 && keeps_tiles(&job) ? visit_tiles(store, visitor, tiles, &job, err) : r;
+}
+
 static int visit_jobs(
 	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
 {
 	sqlite3_stmt *jobs = NULL, *tiles = NULL;
-	struct pen_job job;
 	int r = prepare(store, load_jobs, &jobs, err), step;
 
 	if (r == 0)
 		r = prepare(store, load_tiles, &tiles, err);
-	while (r == 0 && (step = sqlite3_step(jobs)) != SQLITE_DONE) {
-		if (step != SQLITE_ROW)
-			r = database_error(store, err);
-		else if (!read_job(jobs, &job, &job.name, &job.equivalence_class))
-			r = pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
-				(unsigned long long)column_number(jobs, 0));
-		else
-			r = visitor->job(visitor->user, &job, err);
-		if (r == 0 && keeps_tiles(&job))
-			r = visit_tiles(store, visitor, tiles, &job, err);
-	}
+	while (r == 0 && (step = sqlite3_step(jobs)) != SQLITE_DONE)
+		r = step == SQLITE_ROW ? visit_job(store, visitor, jobs, tiles, err)
+				       : database_error(store, err);
 	(void)sqlite3_finalize(jobs);
 	(void)sqlite3_finalize(tiles);
 	return r;
