@@ -6,15 +6,23 @@
 #include <stdio.h>
 #include <string.h>
 
+static void fill(struct pen_error *err, int code, const char *format, va_list args)
+	__attribute__((format(printf, 3, 0)));
+
+static void fill(struct pen_error *err, int code, const char *format, va_list args)
+{
+	err->code = code;
+	(void)vsnprintf(err->text, sizeof err->text, format, args);
+}
+
 int pen_error_set(struct pen_error *err, int code, const char *format, ...)
 {
 	va_list args;
 
 	if (!err)
 		return code;
-	err->code = code;
 	va_start(args, format);
-	(void)vsnprintf(err->text, sizeof err->text, format, args);
+	fill(err, code, format, args);
 	va_end(args);
 	return code;
 }
@@ -28,9 +36,8 @@ int pen_error_system(struct pen_error *err, int errno_value, const char *format,
 
 	if (!err)
 		return code;
-	err->code = code;
 	va_start(args, format);
-	(void)vsnprintf(err->text, sizeof err->text, format, args);
+	fill(err, code, format, args);
 	va_end(args);
 	used = strlen(err->text);
 	(void)snprintf(err->text + used, sizeof err->text - used, ": %s",
