@@ -102,11 +102,11 @@ run_all() {
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'
-    ctest_suite unit-asan 150 asan 'unit|integration'
-    ctest_suite stat 90 release stat
-    pytest_suite integration 480 tests/integration
+    ctest_suite unit-asan 120 asan 'unit|integration'
+    ctest_suite stat 60 release stat
+    pytest_suite integration 420 tests/integration
     pytest_suite stat-images 120 tests/stat
-    pytest_suite reference 360 tests/reference
+    pytest_suite reference 300 tests/reference
     pytest_suite chaos 120 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
     pytest_suite model 90 -rP tests/model
