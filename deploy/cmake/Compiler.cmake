@@ -18,7 +18,8 @@ foreach(language C CXX)
 endforeach()
 
 if(PEN_SANITIZE)
-    target_compile_options(pen_flags INTERFACE -fsanitize=${PEN_SANITIZE} -fno-omit-frame-pointer)
+    target_compile_options(pen_flags INTERFACE -fsanitize=${PEN_SANITIZE}
+        -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(pen_flags INTERFACE -fsanitize=${PEN_SANITIZE})
     target_compile_definitions(pen_flags INTERFACE PEN_SANITIZE)
 endif()

@@ -255,11 +255,12 @@ void coordinator_lease(struct coordinator *c, uint64_t lease, uint32_t seed, uin
 
 static void check_pattern(const struct pen_msg *msg, struct pen_rect rect, uint32_t seed)
 {
-	const float *pixel = msg->payload;
+	const unsigned char *pixel = msg->payload;
 
-	assert_int_equal(msg->payload_size, pen_rect_area(rect) * PEN_CHANNELS * sizeof *pixel);
+	assert_int_equal(msg->payload_size, pen_rect_area(rect) * PEN_CHANNELS * sizeof(float));
 	for (uint32_t y = rect.y0; y < rect.y1; y++)
-		for (uint32_t x = rect.x0; x < rect.x1; x++, pixel += PEN_CHANNELS) {
+		for (uint32_t x = rect.x0; x < rect.x1;
+			x++, pixel += PEN_CHANNELS * sizeof(float)) {
 			float expected[PEN_CHANNELS] = {(float)x, (float)y, (float)seed, 15};
 
 			assert_memory_equal(pixel, expected, sizeof expected);
