@@ -16,6 +16,7 @@ static uint32_t kind_of(const struct pen_material_desc *material, bool is_whitte
 	case PEN_MATERIAL_GLASS:
 		return pen_glass_is_smooth(alpha, (float)material->ior) ? PEN_KIND_CLEAR
 									: PEN_KIND_FROSTED;
+	case PEN_MATERIAL_PRINCIPLED: break; /* the parser does not offer it yet */
 	}
 	return PEN_KIND_NOTHING;
 }
@@ -166,7 +167,7 @@ int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
 		return pen_error_memory(err);
 	scene->desc = desc;
 	scene->kernel = kernels[isa];
-	scene->background = pen_vec3_load(desc->background);
+	scene->background = pen_vec3_load(desc->background.color);
 	state = pen_isa_denormals_flush();
 	r = create_parts(scene, isa, err);
 	pen_isa_denormals_restore(state);

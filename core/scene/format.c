@@ -217,7 +217,7 @@ static const struct pen_variant sampling_modes[] = {
 static const struct pen_variants sampling = {"mode", "uniform", PEN_NOWHERE, sampling_modes};
 
 static const struct pen_field background_fields[] = {
-	{VECTOR3("color", scene, background, magnitude, "[0, 0, 0]")},
+	{VECTOR3("color", scene, background.color, magnitude, "[0, 0, 0]")},
 	{LATER("image")},
 	{LATER("intensity")},
 	{LATER("rotation")},

@@ -48,6 +48,20 @@ static void add_default_material(struct pen_scene *scene)
 			.name = "", .type = PEN_MATERIAL_MATTE, .color = {0.5, 0.5, 0.5}};
 }
 
+/* What no text refers to. */
+static void set_absent_indices(struct pen_scene *scene)
+{
+	scene->camera.node = PEN_NO_INDEX;
+	scene->background.picture = PEN_NO_INDEX;
+	for (uint32_t i = 0; i < scene->object_count; i++)
+		scene->objects[i].node = PEN_NO_INDEX;
+	for (uint32_t i = 0; i < scene->light_count; i++)
+		scene->lights[i].node = PEN_NO_INDEX;
+	for (uint32_t i = 0; i < scene->material_count; i++)
+		for (int k = 0; k < PEN_INPUT_COUNT; k++)
+			scene->materials[i].inputs[k].texture = PEN_NO_INDEX;
+}
+
 /* Enters an object's name into a map from names to indices. */
 static void enter_name(struct pen_reader *reader, const struct pen_place *at, json_t *object,
 	size_t index, json_t *ret_names)
@@ -106,5 +120,6 @@ void pen_resolve_names(struct pen_reader *reader, const struct pen_place *root, 
 	}
 	if (scene->materials)
 		add_default_material(scene);
+	set_absent_indices(scene);
 	json_decref(names);
 }

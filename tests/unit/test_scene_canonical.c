@@ -272,7 +272,7 @@ static void assert_same_scene(const struct pen_scene *a, const struct pen_scene 
 	assert_same(&c, &d, 1, sizeof c);
 	assert_same(&a->integrator, &b->integrator, 1, sizeof a->integrator);
 	assert_same(&a->sampling, &b->sampling, 1, sizeof a->sampling);
-	assert_same(a->background, b->background, 1, sizeof a->background);
+	assert_same(a->background.color, b->background.color, 1, sizeof a->background.color);
 	assert_int_equal(a->material_count, b->material_count);
 	for (uint32_t i = 0; i < a->material_count; i++) {
 		assert_string_equal(a->materials[i].name, b->materials[i].name);

@@ -78,7 +78,7 @@ static void defaults_are_the_formats(void **state)
 	assert_int_equal(scene->sampling.samples, 64);
 	assert_int_equal(scene->sampling.sequence, PEN_SEQUENCE_SOBOL);
 	assert_int_equal(scene->sampling.seed, 0);
-	assert_vector(scene->background, 0, 0, 0);
+	assert_vector(scene->background.color, 0, 0, 0);
 	assert_int_equal(scene->material_count + scene->object_count + scene->light_count, 0);
 	pen_scene_destroy(scene);
 }
