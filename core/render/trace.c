@@ -37,6 +37,7 @@ struct pen_trace {
 	RTCGeometry *shapes;	 /* instances, by shape; NULL for the others; owned by scene */
 	uint32_t model_count;
 	bool is_tree_empty;	    /* all is in the handful */
+	bool occludes_coherently;   /* rtcOccluded16 ends with the coherent flag */
 	struct pen_handful handful; /* what is not in scene */
 	const struct pen_kernel *kernel;
 };
@@ -309,6 +310,11 @@ int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
 	if (!trace)
 		return pen_error_memory(err);
 	trace->kernel = kernel;
+	/*
+	 * With native packets of sixteen, Embree 3.13.5's coherent occlusion never returns from
+	 * some packets with idle lanes among moving instances.
+	 */
+	trace->occludes_coherently = isa != PEN_ISA_V4;
 	trace->model_count = geometry->model_count;
 	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
 	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
@@ -437,7 +443,7 @@ uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct 
 
 uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct pen_rays *rays)
 {
-	struct RTCIntersectContext context = context_of(coherent);
+	struct RTCIntersectContext context = context_of(coherent && trace->occludes_coherently);
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(rays, valid);
 
