@@ -20,6 +20,7 @@ packages=(
     libgnutls28-dev             # SHA-256
     libseccomp-dev              # the sandbox of encoder and scene processes
     libcurl4-gnutls-dev         # the command-line client
+    libsystemd-dev              # readiness, watchdog and sockets of a service manager
 )
 
 test_packages=(

@@ -62,7 +62,7 @@ static int parse_host(const char *host, uint16_t port, struct sockaddr_storage *
 	return uv_ip6_addr(host, port, ip6);
 }
 
-static bool is_loopback(const struct sockaddr_storage *address)
+bool pen_config_is_loopback(const struct sockaddr_storage *address)
 {
 	if (address->ss_family == AF_INET6)
 		return IN6_IS_ADDR_LOOPBACK(&((const struct sockaddr_in6 *)address)->sin6_addr);
@@ -91,7 +91,7 @@ static int parse_address(const char *option, const char *text, struct sockaddr_s
 	if (parse_host(host, (uint16_t)port, ret_address) != 0)
 		return pen_error_set(err, PEN_EINVALID,
 			"--%s takes a numeric address, as in 127.0.0.1:8080", option);
-	if (!is_loopback(ret_address))
+	if (!pen_config_is_loopback(ret_address))
 		return pen_error_set(err, PEN_EINVALID,
 			"--%s takes a loopback address only (127.0.0.1 or [::1]): this version "
 			"has no keys yet to protect an open port",

@@ -28,6 +28,9 @@ extern const char pen_config_usage[];
 /* PEN_EINVALID names the option and what it takes. */
 int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err);
 
+/* Whether nobody but this machine can reach it. */
+bool pen_config_is_loopback(const struct sockaddr_storage *address);
+
 /* "error", "warning", "info", "debug", as --log-level takes it. */
 const char *pen_config_log_level_name(enum pen_log_level level);
 

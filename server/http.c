@@ -351,40 +351,46 @@ static void sockets_ready(uv_poll_t *poll, int status, int events)
 	arm_timer(http);
 }
 
-static int listen_on(const struct sockaddr_storage *address, int *ret_fd, uint16_t *ret_port,
-	struct pen_error *err)
+static int listen_on(const struct sockaddr_storage *address, int *ret_fd, struct pen_error *err)
 {
-	struct sockaddr_storage bound = *address;
-	socklen_t size = address->ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
-							: sizeof(struct sockaddr_in);
-	const struct sockaddr_in *v4 = (const struct sockaddr_in *)&bound;
-	const struct sockaddr_in6 *v6 = (const struct sockaddr_in6 *)&bound;
+	const socklen_t size = address->ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+							      : sizeof(struct sockaddr_in);
 	int fd = socket(address->ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 	int one = 1;
 
 	if (fd < 0)
 		return pen_error_system(err, errno, "socket");
 	(void)setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
-	if (bind(fd, (const struct sockaddr *)&bound, size) < 0 || listen(fd, BACKLOG) < 0 ||
-		getsockname(fd, (struct sockaddr *)&bound, &size) < 0) {
+	if (bind(fd, (const struct sockaddr *)address, size) < 0 || listen(fd, BACKLOG) < 0) {
 		int errno_value = errno;
 
 		(void)close(fd);
 		return pen_error_system(err, errno_value, "cannot listen for HTTP");
 	}
-	*ret_port = ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
 	*ret_fd = fd;
 	return 0;
 }
 
-static int start_daemon(
-	struct pen_http *http, const struct sockaddr_storage *address, struct pen_error *err)
+static uint16_t port_of(int fd)
 {
-	int fd = -1;
-	int r = listen_on(address, &fd, &http->port, err);
+	struct sockaddr_storage bound = {0};
+	socklen_t size = sizeof bound;
+	const struct sockaddr_in *v4 = (const struct sockaddr_in *)&bound;
+	const struct sockaddr_in6 *v6 = (const struct sockaddr_in6 *)&bound;
+
+	(void)getsockname(fd, (struct sockaddr *)&bound, &size);
+	return ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
+}
+
+static int start_daemon(
+	struct pen_http *http, const struct pen_http_options *options, struct pen_error *err)
+{
+	int fd = options->socket;
+	int r = fd < 0 ? listen_on(&options->address, &fd, err) : 0;
 
 	if (r < 0)
 		return r;
+	http->port = port_of(fd);
 	http->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL,
 		access_handler, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED,
 		request_completed, http, MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
@@ -429,7 +435,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	(void)uv_timer_init(loop, &http->timer);
 	http->timer.data = http;
 	http->handles++;
-	r = start_daemon(http, &options->address, err);
+	r = start_daemon(http, options, err);
 	if (r == 0)
 		r = watch_daemon(http, loop, err);
 	if (r < 0) {

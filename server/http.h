@@ -18,6 +18,7 @@ struct pen_http;
 
 struct pen_http_options {
 	struct sockaddr_storage address; /* port 0: any */
+	int socket;			 /* a listening one to use instead, or -1 */
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;

@@ -11,6 +11,7 @@
 #include "server/sibling.h"
 #include "server/spawn.h"
 #include "server/store.h"
+#include "server/supervisor.h"
 
 #include <arpa/inet.h>
 #include <assert.h>
@@ -26,6 +27,7 @@ enum { SIGNALS = 2 };
 struct pen_server {
 	uv_loop_t loop;
 	uv_signal_t signals[SIGNALS];
+	struct pen_supervisor supervisor;
 	const struct pen_config *config;
 	struct pen_data_dir data;
 	struct pen_store *store;
@@ -45,6 +47,7 @@ static void stop(struct pen_server *server)
 	if (server->stopping)
 		return;
 	server->stopping = true;
+	pen_supervisor_stop(&server->supervisor);
 	if (server->http)
 		pen_http_drain(server->http);
 	if (server->dispatch)
@@ -132,6 +135,22 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 	return r;
 }
 
+/* The service manager's socket, if there is one; it is bound by the same rule as --listen. */
+static int inherited_socket(int *ret_fd, struct pen_error *err)
+{
+	struct sockaddr_storage address = {0};
+	socklen_t size = sizeof address;
+	int fd = pen_supervisor_socket("http");
+
+	if (fd >= 0 && (getsockname(fd, (struct sockaddr *)&address, &size) < 0 ||
+			       !pen_config_is_loopback(&address)))
+		return pen_error_set(err, PEN_EINVALID,
+			"the service manager's socket \"http\" must listen on a loopback "
+			"address: this version has no keys yet to protect an open port");
+	*ret_fd = fd;
+	return 0;
+}
+
 static int start_http(struct pen_server *server, struct pen_error *err)
 {
 	struct pen_http_options options = {
@@ -140,8 +159,10 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		.farm = server->farm,
 	};
 	char encoder[PATH_MAX];
-	int r;
+	int r = inherited_socket(&options.socket, err);
 
+	if (r < 0)
+		return r;
 	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
 	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
 	if (r < 0)
@@ -185,6 +206,7 @@ static int announce(struct pen_server *server, const char *worker_host, struct p
 
 	if (r < 0)
 		return r;
+	pen_supervisor_ready(&server->supervisor, "serving");
 	(void)printf("penumbra: http://%s:%u, workers %s:%u\npenumbra: ready\n",
 		host_of(&server->config->listen, host, sizeof host), http, worker_host, workers);
 	(void)fflush(stdout);
@@ -201,6 +223,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 		return r;
 	(void)uv_loop_init(&server.loop);
 	allow_descriptors();
+	pen_supervisor_init(&server.supervisor, &server.loop);
 	start_signals(&server);
 	(void)host_of(&config->worker_listen, worker_host, sizeof worker_host);
 	r = start_jobs(&server, err);

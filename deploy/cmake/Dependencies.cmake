@@ -1,7 +1,7 @@
 # Each library is one imported target, linked only by the target of the file that uses it.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
-foreach(name IN ITEMS jansson libmicrohttpd libuv libprotobuf-c sqlite3 libxxhash gnutls libseccomp libcurl OpenImageIO)
+foreach(name IN ITEMS jansson libmicrohttpd libuv libprotobuf-c sqlite3 libxxhash gnutls libseccomp libcurl libsystemd OpenImageIO)
     string(REGEX REPLACE "^lib" "" short ${name})
     pkg_check_modules(${short} REQUIRED IMPORTED_TARGET ${name})
 endforeach()

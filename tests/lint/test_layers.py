@@ -35,6 +35,7 @@ LIBRARIES = {
     r"gnutls/.*": ["core/base/digest.c", "server/", "worker/"],
     r"seccomp\.h|linux/(seccomp|landlock|filter)\.h": ["core/base/sandbox.c"],
     r"curl/.*": ["server/cli/client.c"],
+    r"systemd/.*": ["server/supervisor.c"],
     r"cmocka\.h": ["tests/"],
 }
 
@@ -51,7 +52,7 @@ TARGET_LIBRARIES = {
     "PkgConfig::microhttpd": ["server"], "PkgConfig::uv": ["server", "worker"],
     "PkgConfig::protobuf-c": ["proto"], "PkgConfig::sqlite3": ["server"],
     "PkgConfig::xxhash": ["core/base"], "PkgConfig::gnutls": ["core/base", "server", "worker"],
-    "PkgConfig::seccomp": ["core/base"], "embree": ["core/render"],
+    "PkgConfig::seccomp": ["core/base"], "PkgConfig::systemd": ["server"], "embree": ["core/render"],
     "PkgConfig::OpenImageIO": ["core/image"],
 }
 
