@@ -92,7 +92,7 @@ static int build(struct scene_process *self, const char *text, size_t size, stru
 			describe(errors, err);
 	}
 	if (r == 0)
-		r = pen_render_scene_create(scene, self->config->isa, &self->scene, err);
+		r = pen_render_scene_create(scene, NULL, self->config->isa, &self->scene, err);
 	json_decref(tree);
 	free(errors);
 	return r;

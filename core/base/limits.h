@@ -30,6 +30,13 @@
 #define PEN_FILTER_WIDTH_MAX   32.0
 #define PEN_GEOMETRY_BYTES_MAX (4ul << 30) /* of one kind: vertices, indices, … */
 
+/* Pictures: what an encoded image may unfold to */
+#define PEN_PICTURE_SIDE_MAX	 16384u
+#define PEN_PICTURE_PIXELS_MAX	 (1u << 26)
+#define PEN_PICTURE_CHANNELS_MAX 64u	    /* that are stored; four are read */
+#define PEN_PICTURE_SCANS_MAX	 64u	    /* of a JPEG */
+#define PEN_PICTURES_BYTES_MAX	 (2ul << 30) /* decoded, all of a scene with their averages */
+
 /* Tiles and rounds */
 #define PEN_TILE_SIDE_MAX     256u
 #define PEN_ROUND_SAMPLES_MAX 256u

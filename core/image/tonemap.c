@@ -6,7 +6,7 @@
 
 enum { CELLS = 4096 };
 
-static double srgb_decode(double encoded)
+double pen_srgb_decode(double encoded)
 {
 	return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
 }
@@ -17,7 +17,7 @@ void pen_tonemap_init(struct pen_tonemap *tonemap, double exposure)
 
 	tonemap->scale = (float)exp2(exposure);
 	for (unsigned k = 0; k < 255; k++)
-		tonemap->limits[k] = (float)srgb_decode((k + 0.5) / 255.0);
+		tonemap->limits[k] = (float)pen_srgb_decode((k + 0.5) / 255.0);
 	tonemap->limits[255] = INFINITY;
 	for (unsigned cell = 0; cell < CELLS; cell++) {
 		while ((float)cell / CELLS >= tonemap->limits[code])

@@ -15,6 +15,9 @@ struct pen_tonemap {
 	uint8_t starts[4096]; /* the code at which the search for a value of this cell begins */
 };
 
+/* Linear light, 0..1, of an encoded value in 0..1. */
+double pen_srgb_decode(double encoded);
+
 void pen_tonemap_init(struct pen_tonemap *tonemap, double exposure);
 
 uint8_t pen_tonemap_value(const struct pen_tonemap *tonemap, float linear);

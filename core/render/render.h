@@ -42,13 +42,15 @@ enum { PEN_CLASS_TEXT = 96 };
 void pen_class_format(enum pen_isa isa, char *ret_text);
 
 struct pen_render_scene;
+struct pen_pictures;
 
 /*
  * Builds the Embree scene and the tables (with all threads that Embree likes). After this the
- * process may fork; children may only call pen_renderer_*. desc must outlive the result.
+ * process may fork; children may only call pen_renderer_*. pictures: those of desc, see
+ * core/render/pictures.h; NULL when it has none. Both must outlive the result.
  */
-int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
-	struct pen_render_scene **ret_scene, struct pen_error *err);
+int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err);
 void pen_render_scene_destroy(struct pen_render_scene *scene);
 
 /*

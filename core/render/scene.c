@@ -147,8 +147,8 @@ static int create_parts(struct pen_render_scene *scene, enum pen_isa isa, struct
 	return r;
 }
 
-int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
-	struct pen_render_scene **ret_scene, struct pen_error *err)
+int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err)
 {
 	static const struct pen_kernel *const kernels[PEN_ISA_COUNT] = {
 		[PEN_ISA_V2] = &pen_kernel_v2,
@@ -162,10 +162,13 @@ int pen_render_scene_create(const struct pen_scene *desc, enum pen_isa isa,
 	if (!pen_isa_supported(isa))
 		return pen_error_set(
 			err, PEN_EUNSUPPORTED, "this processor does not run %s", pen_isa_name(isa));
+	if (!pictures && desc->picture_count > 0)
+		return pen_error_set(err, PEN_EINVALID, "the scene's pictures are not there");
 	scene = calloc(1, sizeof *scene);
 	if (!scene)
 		return pen_error_memory(err);
 	scene->desc = desc;
+	scene->pictures = pictures;
 	scene->kernel = kernels[isa];
 	scene->background = pen_vec3_load(desc->background.color);
 	state = pen_isa_denormals_flush();

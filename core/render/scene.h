@@ -52,6 +52,7 @@ struct pen_target {
 
 struct pen_render_scene {
 	const struct pen_scene *desc;
+	const struct pen_pictures *pictures; /* NULL: none */
 	const struct pen_kernel *kernel;
 	struct pen_geometry geometry;
 	struct pen_trace *trace;

@@ -2,6 +2,7 @@
 #include "core/render/render.h"
 
 #include "core/base/limits.h"
+#include "core/render/pictures.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -76,9 +77,21 @@ int pen_render_warm_up(enum pen_isa isa, struct pen_error *err)
 	return 0;
 }
 
-int pen_render_scene_create(const struct pen_scene *scene, enum pen_isa isa,
-	struct pen_render_scene **ret_scene, struct pen_error *err)
+int pen_pictures_load(const struct pen_scene *scene, const struct pen_blob *blobs,
+	struct pen_scene_errors *errors, struct pen_pictures **ret_pictures, struct pen_error *err)
 {
+	(void)scene;
+	(void)blobs;
+	(void)errors;
+	(void)err;
+	*ret_pictures = NULL;
+	return 0;
+}
+
+int pen_render_scene_create(const struct pen_scene *scene, const struct pen_pictures *pictures,
+	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err)
+{
+	(void)pictures;
 	(void)isa;
 	if (scene->sampling.seed == SEED_FAIL_BUILD)
 		return pen_error_set(err, PEN_EINVALID, "this scene cannot be built");

@@ -2,6 +2,7 @@
 #include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "core/base/tile.h"
+#include "core/render/pictures.h"
 #include "core/render/render.h"
 #include "core/scene/parse.h"
 
@@ -21,10 +22,12 @@
 static const char usage[] =
 	"usage: render-core SCENE.json OUT.f32 [--isa v2|v3|v4] [--tile PX] [--rect X0,Y0,X1,Y1]\n"
 	"       [--samples N] [--processes N] [--shuffle SEED] [--frame N] [--time]\n"
-	"--shuffle renders the units in another order; --time prints samples per second\n";
+	"       [--assets DIRECTORY]\n"
+	"--shuffle renders the units in another order; --time prints samples per second;\n"
+	"DIRECTORY holds assets as files named by their SHA-256\n";
 
 struct options {
-	const char *scene_path, *out_path;
+	const char *scene_path, *out_path, *assets_path;
 	enum pen_isa isa;
 	uint32_t tile_px, samples, processes, shuffle, frame;
 	struct pen_rect rect;
@@ -90,6 +93,7 @@ static void set_option(struct options *options, int option)
 			fail(usage);
 		break;
 	case 'c': options->has_time = true; break;
+	case 'a': options->assets_path = optarg; break;
 	default: fail(usage);
 	}
 }
@@ -105,6 +109,7 @@ static void read_options(int argc, char **argv, struct options *ret_options)
 		{"shuffle", required_argument, NULL, 'o'},
 		{"frame", required_argument, NULL, 'f'},
 		{"time", no_argument, NULL, 'c'},
+		{"assets", required_argument, NULL, 'a'},
 		{NULL, 0, NULL, 0},
 	};
 	int option;
@@ -144,6 +149,49 @@ static struct pen_scene *load_scene(const char *path)
 	json_decref(tree);
 	free(text);
 	return scene;
+}
+
+static struct pen_blob load_asset(const char *directory, const struct pen_asset_desc *asset)
+{
+	char name[PEN_SHA256_TEXT], path[4096];
+	struct pen_blob blob = {NULL, 0};
+	FILE *file;
+	void *bytes;
+	long size;
+
+	pen_sha256_format(&asset->sha256, name);
+	(void)snprintf(path, sizeof path, "%s/%s", directory ? directory : ".", name);
+	file = fopen(path, "rb");
+	if (!file || fseek(file, 0, SEEK_END) != 0 || (size = ftell(file)) < 0)
+		fail("cannot open an asset");
+	rewind(file);
+	bytes = allocate((size_t)size, 1);
+	if (fread(bytes, 1, (size_t)size, file) != (size_t)size || fclose(file) != 0)
+		fail("cannot read an asset");
+	blob.bytes = bytes;
+	blob.size = (size_t)size;
+	return blob;
+}
+
+static struct pen_pictures *load_pictures(const struct pen_scene *scene, const char *directory)
+{
+	static struct pen_scene_errors errors;
+	struct pen_blob *blobs = allocate(scene->asset_count, sizeof *blobs);
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_pictures *pictures = NULL;
+
+	for (uint32_t i = 0; i < scene->asset_count; i++)
+		blobs[i] = load_asset(directory, &scene->assets[i]);
+	if (pen_pictures_load(scene, blobs, &errors, &pictures, &err) < 0) {
+		for (size_t i = 0; i < errors.count; i++)
+			(void)fprintf(stderr, "%s: %s\n", errors.items[i].pointer,
+				errors.items[i].detail);
+		fail(err.text);
+	}
+	for (uint32_t i = 0; i < scene->asset_count; i++)
+		free((void *)(uintptr_t)blobs[i].bytes);
+	free(blobs);
+	return pictures;
 }
 
 static void shuffle(uint32_t *order, uint32_t count, uint32_t seed)
@@ -287,6 +335,7 @@ static void print_speed(
 int main(int argc, char **argv)
 {
 	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_pictures *pictures = NULL;
 	struct pen_render_stats *totals;
 	struct pen_render_scene *ready;
 	struct options options;
@@ -302,7 +351,8 @@ int main(int argc, char **argv)
 		scene->sampling.samples = options.samples;
 	if (options.has_rect)
 		scene->image.crop = options.rect;
-	if (pen_render_scene_create(scene, options.isa, &ready, &err) < 0)
+	pictures = load_pictures(scene, options.assets_path);
+	if (pen_render_scene_create(scene, pictures, options.isa, &ready, &err) < 0)
 		fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);
 	plan = make_plan(&tiling, scene->sampling.samples, &options);
@@ -316,6 +366,7 @@ int main(int argc, char **argv)
 	merge(&plan, tiling.crop, results, image);
 	write_image(options.out_path, tiling.crop, image);
 	pen_render_scene_destroy(ready);
+	pen_pictures_destroy(pictures);
 	pen_scene_destroy(scene);
 	free(image);
 	free(plan.order);
