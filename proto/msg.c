@@ -207,6 +207,9 @@ static int check_lease(const struct pen_msg_lease *lease, struct pen_error *err)
 			"the number of samples", err);
 	if (r == 0)
 		r = check_range(lease->deadline_ms, 1, PEN_LEASE_HARD_MS, "deadline_ms", err);
+	if (r == 0)
+		r = check_range(
+			lease->channels, PEN_CHANNELS_MIN, PEN_CHANNELS_MAX, "channels", err);
 	return r;
 }
 
@@ -226,6 +229,7 @@ static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_er
 		.sample_first = lease->sample_first,
 		.sample_end = lease->sample_end,
 		.deadline_ms = lease->deadline_ms,
+		.channels = lease->channels,
 	};
 	r = read_sha256(&lease->scene_sha256, &msg->u.lease.scene_sha256, err);
 	return r < 0 ? r : check_lease(&msg->u.lease, err);
@@ -243,8 +247,6 @@ static int read_revoke(const union wire *wire, struct pen_msg *msg, struct pen_e
 static int read_result(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
 {
 	const Pen__Wire__Result *result = &wire->result;
-	const size_t pixel = PEN_CHANNELS * sizeof(float);
-
 	msg->u.result = (struct pen_msg_result){
 		.lease = result->lease,
 		.job = result->job,
@@ -257,8 +259,8 @@ static int read_result(const union wire *wire, struct pen_msg *msg, struct pen_e
 		.rays_dropped = result->rays_dropped,
 		.samples_black = result->samples_black,
 	};
-	if (msg->payload_size == 0 || msg->payload_size % pixel != 0)
-		return pen_error_set(err, PEN_EPROTOCOL, "a result of %zu bytes, not whole pixels",
+	if (msg->payload_size == 0 || msg->payload_size % sizeof(float) != 0)
+		return pen_error_set(err, PEN_EPROTOCOL, "a result of %zu bytes, not whole floats",
 			msg->payload_size);
 	return 0;
 }
@@ -383,6 +385,7 @@ static void write_lease(const struct pen_msg *msg, union wire *wire)
 	wire->lease.sample_end = lease->sample_end;
 	wire->lease.scene_sha256 = bytes_of(&lease->scene_sha256);
 	wire->lease.deadline_ms = lease->deadline_ms;
+	wire->lease.channels = lease->channels;
 }
 
 static void write_revoke(const struct pen_msg *msg, union wire *wire)

@@ -56,6 +56,7 @@ struct pen_msg_lease {
 	uint32_t sample_first, sample_end;
 	struct pen_sha256 scene_sha256;
 	uint32_t deadline_ms;
+	uint32_t channels; /* PEN_CHANNELS_MIN .. PEN_CHANNELS_MAX */
 };
 
 struct pen_msg_revoke {

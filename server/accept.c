@@ -3,6 +3,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/limits.h"
+#include "core/scene/planes.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -12,7 +13,8 @@
 
 int pen_accept_check_disk(const char *dir, const struct pen_scene *scene, struct pen_error *err)
 {
-	uint64_t need = pen_rect_area(scene->image.crop) * PEN_CHANNELS * sizeof(float);
+	uint64_t need =
+		pen_rect_area(scene->image.crop) * pen_scene_film(scene).channels * sizeof(float);
 	struct statvfs disk;
 
 	if (statvfs(dir, &disk) < 0)
@@ -50,7 +52,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 		.state = PEN_JOB_QUEUED,
 		.width = scene->image.width,
 		.height = scene->image.height,
-		.samples = scene->sampling.samples,
+		.sampling = scene->sampling,
+		.aovs = scene->image.aovs,
 		.exposure = scene->image.exposure,
 		.created_ms = pen_clock_wall_ms(),
 		.eta_seconds = -1,
@@ -66,7 +69,7 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	if (r < 0)
 		return r;
 	pen_tiling_init(&job.tiling, scene->image.crop, tile_px);
-	job.units_total = (uint64_t)job.tiling.count * pen_round_count(job.samples);
+	job.units_total = (uint64_t)job.tiling.count * pen_round_count(job.sampling.samples);
 	*ret_job = job;
 	return 0;
 }

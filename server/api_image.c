@@ -208,6 +208,7 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 		.width = job->width,
 		.height = job->height,
 		.tiling = job->tiling,
+		.planes = pen_planes_of(job->aovs, job->sampling.mode),
 		.exposure = job->exposure,
 	};
 	if (!choose_format(exchange, parameters->extension, &encoding.format) ||

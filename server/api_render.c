@@ -20,7 +20,7 @@ bool pen_api_render_over(const struct pen_job *job)
 
 double pen_api_render_progress(const struct pen_job *job)
 {
-	double total = (double)pen_rect_area(job->tiling.crop) * job->samples;
+	double total = (double)pen_rect_area(job->tiling.crop) * job->sampling.samples;
 
 	return (double)job->samples_done / total;
 }
@@ -94,7 +94,7 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	set(tree, "priority", json_integer(job->priority));
 	set(tree, "width", json_integer(job->width));
 	set(tree, "height", json_integer(job->height));
-	set(tree, "samples", json_integer(job->samples));
+	set(tree, "samples", json_integer(job->sampling.samples));
 	set(tree, "samples_done", json_integer((json_int_t)job->samples_done));
 	set(tree, "tiles_done", json_integer(job->tiles_done));
 	set(tree, "tiles_total", json_integer(job->tiling.count));

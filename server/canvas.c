@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/canvas.h"
 
-#include "server/framebuf.h"
-
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -28,7 +26,7 @@ struct task_list {
 struct pen_canvas {
 	uv_loop_t *loop;
 	uint64_t job;
-	struct pen_tiling tiling;
+	struct pen_framebuf framebuf;
 	struct pen_canvas_events events;
 	char *path;
 	struct pen_canvas_tile *tiles; /* to check when opening, or NULL */
@@ -101,7 +99,7 @@ static int open_file(struct pen_canvas *canvas)
 
 static int create_file(struct pen_canvas *canvas, struct pen_error *err)
 {
-	int r = pen_framebuf_create(canvas->path, &canvas->tiling, err);
+	int r = pen_framebuf_create(canvas->path, &canvas->framebuf, err);
 
 	if (r < 0)
 		return r;
@@ -116,13 +114,13 @@ static int check_file(struct pen_canvas *canvas, struct pen_error *err)
 
 	if (r < 0 && r != -ENOENT)
 		return pen_error_system(err, -r, "cannot open the framebuffer");
-	for (uint32_t i = 0; i < canvas->tiling.count; i++) {
+	for (uint32_t i = 0; i < canvas->framebuf.tiling.count; i++) {
 		struct pen_canvas_tile *tile = &canvas->tiles[i];
 		uint64_t xxh3;
 
 		if (tile->rounds == 0)
 			continue;
-		if (r < 0 || pen_framebuf_hash(canvas->fd, &canvas->tiling, i, &xxh3, NULL) < 0 ||
+		if (r < 0 || pen_framebuf_hash(canvas->fd, &canvas->framebuf, i, &xxh3, NULL) < 0 ||
 			xxh3 != tile->xxh3)
 			*tile = (struct pen_canvas_tile){0};
 	}
@@ -135,8 +133,8 @@ static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_err
 	case TASK_CREATE: return create_file(canvas, err);
 	case TASK_OPEN: return check_file(canvas, err);
 	case TASK_MERGE:
-		return pen_framebuf_merge(canvas->fd, &canvas->tiling, task->tile, task->round == 0,
-			task->pixels, &task->xxh3, err);
+		return pen_framebuf_merge(canvas->fd, &canvas->framebuf, task->tile,
+			task->round == 0, task->pixels, &task->xxh3, err);
 	case TASK_SYNC:
 		if (fsync(canvas->fd) < 0)
 			return pen_error_system(err, errno, "cannot write the framebuffer");
@@ -227,7 +225,7 @@ static int add_task(struct pen_canvas *canvas, enum task_type type, uint32_t til
 }
 
 static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
-	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err)
 {
 	struct pen_canvas *canvas = calloc(1, sizeof *canvas);
@@ -236,7 +234,7 @@ static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
 		return pen_error_memory(err);
 	canvas->loop = loop;
 	canvas->job = job;
-	canvas->tiling = *tiling;
+	canvas->framebuf = *framebuf;
 	canvas->events = *events;
 	canvas->fd = -1;
 	list_init(&canvas->waiting);
@@ -251,11 +249,11 @@ static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
 }
 
 int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
-	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err)
 {
 	struct pen_canvas *canvas;
-	int r = canvas_new(loop, job, path, tiling, events, &canvas, err);
+	int r = canvas_new(loop, job, path, framebuf, events, &canvas, err);
 
 	if (r < 0)
 		return r;
@@ -269,18 +267,18 @@ int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
 }
 
 int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
-	const struct pen_tiling *tiling, const struct pen_canvas_tile *tiles,
+	const struct pen_framebuf *framebuf, const struct pen_canvas_tile *tiles,
 	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
 	struct pen_error *err)
 {
 	struct pen_canvas *canvas;
-	int r = canvas_new(loop, job, path, tiling, events, &canvas, err);
+	int r = canvas_new(loop, job, path, framebuf, events, &canvas, err);
 
 	if (r < 0)
 		return r;
-	canvas->tiles = calloc(tiling->count, sizeof *tiles);
+	canvas->tiles = calloc(framebuf->tiling.count, sizeof *tiles);
 	if (canvas->tiles)
-		memcpy(canvas->tiles, tiles, tiling->count * sizeof *tiles);
+		memcpy(canvas->tiles, tiles, framebuf->tiling.count * sizeof *tiles);
 	r = canvas->tiles ? add_task(canvas, TASK_OPEN, 0, 0, NULL, err) : pen_error_memory(err);
 	if (r < 0) {
 		canvas_free(canvas);

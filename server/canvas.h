@@ -3,7 +3,7 @@
 #define PEN_SERVER_CANVAS_H
 
 #include "core/base/error.h"
-#include "core/base/tile.h"
+#include "server/framebuf.h"
 
 #include <stdint.h>
 #include <uv.h>
@@ -34,12 +34,12 @@ struct pen_canvas_events {
 
 /* A new file at path, which replaces an older one. */
 int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
-	const struct pen_tiling *tiling, const struct pen_canvas_events *events,
+	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err);
 
 /* The file that is there, checked against tiles (copied); a new one when it is missing. */
 int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
-	const struct pen_tiling *tiling, const struct pen_canvas_tile *tiles,
+	const struct pen_framebuf *framebuf, const struct pen_canvas_tile *tiles,
 	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
 	struct pen_error *err);
 

@@ -4,7 +4,6 @@
 #include "core/base/clock.h"
 #include "core/base/digest.h"
 #include "core/base/limits.h"
-#include "server/framebuf.h"
 
 #include <assert.h>
 #include <math.h>
@@ -56,7 +55,7 @@ void pen_dispatch_connect_farm(struct pen_dispatch *dispatch, const struct pen_d
 static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
 {
 	const struct pen_job *job = dispatch->jobs.find(dispatch->jobs.user, action->job);
-	struct pen_round samples = pen_round_get(job->samples, action->round);
+	struct pen_round samples = pen_round_get(job->sampling.samples, action->round);
 	struct pen_msg_lease lease = {
 		.lease = action->lease,
 		.job = action->job,
@@ -68,6 +67,7 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.sample_end = samples.end,
 		.scene_sha256 = job->scene_sha256,
 		.deadline_ms = PEN_LEASE_HARD_MS,
+		.channels = pen_job_film(job).channels,
 	};
 
 	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease);
@@ -198,23 +198,26 @@ static void fail_lease(struct pen_dispatch *dispatch, uint64_t worker, uint64_t 
 			       .u.failure = {fault, reason}});
 }
 
+static bool is_count(float value, uint32_t max)
+{
+	return value >= 0 && value <= (float)max;
+}
+
 /* Why the pixels cannot be right; NULL when they can. */
 static const char *find_defect(const struct pen_msg_result *result, const float *pixels,
-	size_t size, struct pen_rect rect, uint32_t samples)
+	size_t size, const struct pen_film *film, uint64_t area, uint32_t samples)
 {
-	size_t count = pen_rect_area(rect) * PEN_CHANNELS;
-
-	if (size != pen_framebuf_tile_bytes(rect))
+	if (size != area * film->channels * sizeof *pixels)
 		return "the worker sent a result of the wrong size";
 	if (pen_xxh3(pixels, size) != result->xxh3)
 		return "the worker sent a damaged result";
-	for (size_t i = 0; i < count; i++) {
+	for (size_t i = 0; i < area * film->channels; i++)
 		if (!isfinite(pixels[i]))
 			return "the worker sent a value that is not finite";
-		if (i % PEN_CHANNELS == PEN_CHANNELS - 1 &&
-			(pixels[i] < 0 || pixels[i] > (float)samples))
+	for (size_t i = 0; i < area; i++, pixels += film->channels)
+		if (!is_count(pixels[PEN_CHANNEL_COUNT], samples) ||
+			(film->depth && !is_count(pixels[film->depth + 1], samples)))
 			return "the worker sent a wrong sample count";
-	}
 	return NULL;
 }
 
@@ -225,8 +228,9 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	const struct pen_sched_lease *lease =
 		pen_sched_find_lease(dispatch->sched, worker, result->lease);
 	const struct pen_job *job;
+	struct pen_film film;
 	struct pen_round samples;
-	struct pen_rect rect;
+	uint64_t area;
 	const char *defect;
 	float *pixels;
 
@@ -235,8 +239,9 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 		lease->epoch != result->epoch)
 		return PEN_OUTCOME_GONE;
 	job = dispatch->jobs.find(dispatch->jobs.user, result->job);
-	samples = pen_round_get(job->samples, result->round);
-	rect = pen_tiling_rect(&job->tiling, result->tile);
+	samples = pen_round_get(job->sampling.samples, result->round);
+	area = pen_rect_area(pen_tiling_rect(&job->tiling, result->tile));
+	film = pen_job_film(job);
 
 	/* The payload lies unaligned in the connection's buffer, which is about to be reused. */
 	pixels = malloc(size > 0 ? size : 1);
@@ -245,7 +250,7 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 		return PEN_OUTCOME_RETURNED;
 	}
 	memcpy(pixels, payload, size);
-	defect = find_defect(result, pixels, size, rect, samples.end - samples.first);
+	defect = find_defect(result, pixels, size, &film, area, samples.end - samples.first);
 	if (defect) {
 		free(pixels);
 		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_OWN, defect);
@@ -256,7 +261,7 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 			       .lease = result->lease,
 			       .u.seconds = 1e-6 * result->render_us});
 	dispatch->jobs.merge(dispatch->jobs.user, result->job, result->tile, result->round, pixels);
-	*ret_samples = pen_rect_area(rect) * (samples.end - samples.first);
+	*ret_samples = area * (samples.end - samples.first);
 	return PEN_OUTCOME_GOOD;
 }
 

@@ -330,6 +330,7 @@ static struct pending *pending_create(const struct pen_encoding *encoding, const
 		.height = encoding->height,
 		.crop = encoding->tiling.crop,
 		.tile_px = encoding->tiling.tile_px,
+		.planes = encoding->planes,
 		.exposure = encoding->exposure,
 	};
 	return pending;

@@ -23,6 +23,7 @@ struct pen_encoding {
 	enum pen_image_format format;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;
+	uint32_t planes; /* enum pen_plane: of the framebuffer */
 	double exposure; /* stops; PNG and JPEG */
 };
 

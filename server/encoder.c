@@ -3,6 +3,7 @@
  * penumbra-encoder: turns framebuffers into image files for the coordinator, which starts it and
  * talks to it as server/encoding.h says. It ends when the coordinator closes its end.
  */
+#include "core/base/limits.h"
 #include "core/base/log.h"
 #include "core/base/sandbox.h"
 #include "core/base/tile.h"
@@ -23,7 +24,7 @@
 /* The framebuffer file as rows of the image: one row of tiles is held at a time. */
 struct source {
 	int fd;
-	struct pen_tiling tiling;
+	struct pen_framebuf framebuf;
 	uint32_t tile_row; /* which is held; tiling.rows: none yet */
 	float *tiles;	   /* its slots, as in the file */
 };
@@ -50,8 +51,7 @@ static int read_fully(int fd, void *data, size_t size, off_t offset, struct pen_
 
 static int source_hold(struct source *source, uint32_t tile_row, struct pen_error *err)
 {
-	const struct pen_tiling *tiling = &source->tiling;
-	size_t bytes = tiling->columns * pen_framebuf_slot_bytes(tiling->tile_px);
+	size_t bytes = source->framebuf.tiling.columns * pen_framebuf_slot_bytes(&source->framebuf);
 	int r;
 
 	/* The last row of tiles may be cut, its slots are whole all the same. */
@@ -61,9 +61,10 @@ static int source_hold(struct source *source, uint32_t tile_row, struct pen_erro
 	return r;
 }
 
-static void mean_of_sums(const float *sums, size_t count, float *ret_rgba)
+static void mean_of_sums(
+	const struct pen_film *film, const float *sums, size_t count, float *ret_rgba)
 {
-	for (size_t i = 0; i < count; i++, sums += PEN_CHANNELS, ret_rgba += 4) {
+	for (size_t i = 0; i < count; i++, sums += film->channels, ret_rgba += 4) {
 		bool rendered = sums[3] > 0.0f;
 
 		for (unsigned c = 0; c < 3; c++)
@@ -75,9 +76,10 @@ static void mean_of_sums(const float *sums, size_t count, float *ret_rgba)
 static int source_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
 {
 	struct source *source = user;
-	const struct pen_tiling *tiling = &source->tiling;
+	const struct pen_tiling *tiling = &source->framebuf.tiling;
+	const struct pen_film *film = &source->framebuf.film;
 	uint32_t tile_row = y / tiling->tile_px - tiling->crop.y0 / tiling->tile_px;
-	size_t slot_floats = pen_framebuf_slot_bytes(tiling->tile_px) / sizeof(float);
+	size_t slot_floats = pen_framebuf_slot_bytes(&source->framebuf) / sizeof(float);
 
 	if (tile_row != source->tile_row) {
 		int r = source_hold(source, tile_row, err);
@@ -88,10 +90,10 @@ static int source_row(void *user, uint32_t y, float *ret_rgba, struct pen_error 
 	for (uint32_t column = 0; column < tiling->columns; column++) {
 		struct pen_rect rect = pen_tiling_rect(tiling, tile_row * tiling->columns + column);
 		size_t width = pen_rect_width(rect);
-		const float *sums =
-			source->tiles + column * slot_floats + (y - rect.y0) * width * PEN_CHANNELS;
+		const float *sums = source->tiles + column * slot_floats +
+				    (y - rect.y0) * width * film->channels;
 
-		mean_of_sums(sums, width, ret_rgba);
+		mean_of_sums(film, sums, width, ret_rgba);
 		ret_rgba += width * 4;
 	}
 	return 0;
@@ -124,9 +126,11 @@ static int encode(const struct pen_encoding_request *request, int framebuffer_fd
 
 	if (!request_valid(request))
 		return pen_error_set(err, PEN_EPROTOCOL, "the encoding request is not valid");
-	pen_tiling_init(&source.tiling, request->crop, request->tile_px);
-	source.tile_row = source.tiling.rows;
-	source.tiles = calloc(source.tiling.columns, pen_framebuf_slot_bytes(request->tile_px));
+	source.framebuf.film = pen_film_of(request->planes);
+	pen_tiling_init(&source.framebuf.tiling, request->crop, request->tile_px);
+	source.tile_row = source.framebuf.tiling.rows;
+	source.tiles =
+		calloc(source.framebuf.tiling.columns, pen_framebuf_slot_bytes(&source.framebuf));
 	if (!source.tiles)
 		return pen_error_memory(err);
 	r = pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);

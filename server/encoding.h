@@ -21,7 +21,7 @@ struct pen_encoding_request {
 	uint32_t width, height;
 	struct pen_rect crop;
 	uint32_t tile_px;
-	uint32_t reserved;
+	uint32_t planes; /* enum pen_plane: of the framebuffer */
 	double exposure;
 };
 static_assert(sizeof(struct pen_encoding_request) == 48, "no padding");

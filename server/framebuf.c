@@ -9,9 +9,10 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-int pen_framebuf_create(const char *path, const struct pen_tiling *tiling, struct pen_error *err)
+int pen_framebuf_create(
+	const char *path, const struct pen_framebuf *framebuf, struct pen_error *err)
 {
-	uint64_t size = (uint64_t)tiling->count * pen_framebuf_slot_bytes(tiling->tile_px);
+	uint64_t size = (uint64_t)framebuf->tiling.count * pen_framebuf_slot_bytes(framebuf);
 	int fd, r;
 
 	/* A new inode: whoever still reads or merges into an earlier file keeps that one. */
@@ -66,17 +67,17 @@ static int write_all(int fd, const void *bytes, size_t size, off_t offset, struc
 	return 0;
 }
 
-static off_t slot_offset(const struct pen_tiling *tiling, uint32_t index)
+static off_t slot_offset(const struct pen_framebuf *framebuf, uint32_t index)
 {
-	assert(index < tiling->count);
-	return (off_t)((uint64_t)index * pen_framebuf_slot_bytes(tiling->tile_px));
+	assert(index < framebuf->tiling.count);
+	return (off_t)((uint64_t)index * pen_framebuf_slot_bytes(framebuf));
 }
 
-int pen_framebuf_merge(int fd, const struct pen_tiling *tiling, uint32_t index, int first,
+int pen_framebuf_merge(int fd, const struct pen_framebuf *framebuf, uint32_t index, int first,
 	const float *pixels, uint64_t *ret_xxh3, struct pen_error *err)
 {
-	size_t size = pen_framebuf_tile_bytes(pen_tiling_rect(tiling, index));
-	off_t offset = slot_offset(tiling, index);
+	size_t size = pen_framebuf_tile_bytes(framebuf, index);
+	off_t offset = slot_offset(framebuf, index);
 	const float *merged = pixels;
 	float *sums = NULL;
 	int r = 0;
@@ -98,16 +99,16 @@ out:
 	return r;
 }
 
-int pen_framebuf_hash(int fd, const struct pen_tiling *tiling, uint32_t index, uint64_t *ret_xxh3,
-	struct pen_error *err)
+int pen_framebuf_hash(int fd, const struct pen_framebuf *framebuf, uint32_t index,
+	uint64_t *ret_xxh3, struct pen_error *err)
 {
-	size_t size = pen_framebuf_tile_bytes(pen_tiling_rect(tiling, index));
+	size_t size = pen_framebuf_tile_bytes(framebuf, index);
 	void *data = malloc(size);
 	int r;
 
 	if (!data)
 		return pen_error_memory(err);
-	r = read_all(fd, data, size, slot_offset(tiling, index), err);
+	r = read_all(fd, data, size, slot_offset(framebuf, index), err);
 	if (r == 0)
 		*ret_xxh3 = pen_xxh3(data, size);
 	free(data);

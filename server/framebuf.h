@@ -3,7 +3,7 @@
 #define PEN_SERVER_FRAMEBUF_H
 
 #include "core/base/error.h"
-#include "core/base/limits.h"
+#include "core/base/film.h"
 #include "core/base/tile.h"
 
 #include <stddef.h>
@@ -11,32 +11,40 @@
 
 /*
  * The framebuffer of one frame is one file: tile after tile in the order of the tiling, each in a
- * slot of tile_px * tile_px * PEN_CHANNELS little-endian floats, of which the first
- * width * height * PEN_CHANNELS of the tile's own rectangle are used, row by row: the sums of R,
- * G, B and the sample count of each pixel. A pixel whose count is 0 is not rendered yet.
+ * slot of tile_px * tile_px pixels of its film's channels, little-endian floats (core/base/film.h),
+ * of which the first width * height of the tile's own rectangle are used, row by row. A pixel whose
+ * count is 0 is not rendered yet.
  */
-static inline size_t pen_framebuf_slot_bytes(uint32_t tile_px)
+struct pen_framebuf {
+	struct pen_tiling tiling;
+	struct pen_film film;
+};
+
+static inline size_t pen_framebuf_slot_bytes(const struct pen_framebuf *framebuf)
 {
-	return (size_t)tile_px * tile_px * PEN_CHANNELS * sizeof(float);
+	return (size_t)framebuf->tiling.tile_px * framebuf->tiling.tile_px *
+	       framebuf->film.channels * sizeof(float);
 }
 
-static inline size_t pen_framebuf_tile_bytes(struct pen_rect rect)
+static inline size_t pen_framebuf_tile_bytes(const struct pen_framebuf *framebuf, uint32_t index)
 {
-	return (size_t)pen_rect_area(rect) * PEN_CHANNELS * sizeof(float);
+	return (size_t)pen_rect_area(pen_tiling_rect(&framebuf->tiling, index)) *
+	       framebuf->film.channels * sizeof(float);
 }
 
 /* Creates the file with all its space allocated (PEN_ENOSPACE), reading as zeros. */
-int pen_framebuf_create(const char *path, const struct pen_tiling *tiling, struct pen_error *err);
+int pen_framebuf_create(
+	const char *path, const struct pen_framebuf *framebuf, struct pen_error *err);
 
 /*
  * Adds a round's sums to tile index of the file fd and tells the xxh3 of the tile's bytes
  * afterwards. first = true for round 0, which overwrites. May block on disk: for the thread pool.
  */
-int pen_framebuf_merge(int fd, const struct pen_tiling *tiling, uint32_t index, int first,
+int pen_framebuf_merge(int fd, const struct pen_framebuf *framebuf, uint32_t index, int first,
 	const float *pixels, uint64_t *ret_xxh3, struct pen_error *err);
 
 /* The xxh3 of a tile's bytes in the file. */
-int pen_framebuf_hash(int fd, const struct pen_tiling *tiling, uint32_t index, uint64_t *ret_xxh3,
-	struct pen_error *err);
+int pen_framebuf_hash(int fd, const struct pen_framebuf *framebuf, uint32_t index,
+	uint64_t *ret_xxh3, struct pen_error *err);
 
 #endif

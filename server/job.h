@@ -7,6 +7,7 @@
 #include "core/base/limits.h"
 #include "core/base/tile.h"
 #include "core/scene/parse.h"
+#include "core/scene/planes.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -48,7 +49,8 @@ struct pen_job {
 	uint32_t priority;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;
-	uint32_t samples;
+	struct pen_sampling_desc sampling;
+	uint32_t aovs; /* enum pen_aov */
 	double exposure;
 	uint64_t units_done, units_total;
 	uint32_t tiles_done;   /* with all their rounds */
@@ -61,6 +63,12 @@ struct pen_job {
 	uint64_t revision;		 /* rises with each change of anything above */
 	uint64_t image_revision;	 /* rises with each merged tile; 0 = nothing rendered */
 };
+
+/* What is kept of each of its pixels. */
+static inline struct pen_film pen_job_film(const struct pen_job *job)
+{
+	return pen_film_of(pen_planes_of(job->aovs, job->sampling.mode));
+}
 
 struct pen_submission {
 	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */

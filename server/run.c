@@ -165,7 +165,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 	struct pen_sched_job added = {
 		.number = run->job.number,
 		.tiling = &run->job.tiling,
-		.samples = run->job.samples,
+		.samples = run->job.sampling.samples,
 		.priority = run->job.priority,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,
@@ -228,8 +228,14 @@ static struct pen_canvas_events canvas_events(struct pen_jobs *jobs)
 		handle_opened, handle_merged, handle_synced, handle_canvas_failed, jobs};
 }
 
+static struct pen_framebuf framebuf_of(const struct pen_run *run)
+{
+	return (struct pen_framebuf){run->job.tiling, pen_job_film(&run->job)};
+}
+
 void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
 {
+	const struct pen_framebuf framebuf = framebuf_of(run);
 	struct pen_canvas_events events = canvas_events(jobs);
 	char path[PATH_MAX];
 	struct pen_error err;
@@ -239,8 +245,8 @@ void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
 	run->trouble.code = 0;
 	if (run->tiles.states) {
 		pen_run_path(jobs, run->job.id, path);
-		r = pen_canvas_open(jobs->loop, run->job.number, path, &run->job.tiling,
-			run->tiles.states, &events, &run->canvas, &err);
+		r = pen_canvas_open(jobs->loop, run->job.number, path, &framebuf, run->tiles.states,
+			&events, &run->canvas, &err);
 	} else {
 		r = dispatch_job(jobs, run, &err);
 	}
@@ -272,6 +278,7 @@ static void set_class(struct pen_job *shown, const char *equivalence_class)
 
 static int create_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_error *err)
 {
+	const struct pen_framebuf framebuf = framebuf_of(run);
 	struct pen_canvas_events events = canvas_events(jobs);
 	char path[PATH_MAX];
 	int r = pen_tiles_init(&run->tiles, &run->job, err);
@@ -280,7 +287,7 @@ static int create_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_
 		return r;
 	pen_run_path(jobs, run->job.id, path);
 	return pen_canvas_create(
-		jobs->loop, run->job.number, path, &run->job.tiling, &events, &run->canvas, err);
+		jobs->loop, run->job.number, path, &framebuf, &events, &run->canvas, err);
 }
 
 static void dispatch_started(void *user, uint64_t number, const char *equivalence_class)
@@ -395,7 +402,7 @@ void pen_run_connect(struct pen_jobs *jobs)
 static void update_eta(struct pen_run *run)
 {
 	struct pen_job *shown = &run->job;
-	uint64_t total = pen_rect_area(shown->tiling.crop) * shown->samples;
+	uint64_t total = pen_rect_area(shown->tiling.crop) * shown->sampling.samples;
 	uint64_t merged = shown->samples_done - run->samples_at_begin;
 
 	if (shown->state != PEN_JOB_RUNNING)

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SCHEMA_VERSION = 1, BUSY_MS = 5000 };
+enum { SCHEMA_VERSION = 2, BUSY_MS = 5000 };
 
 /* In the order of enum statement_name. */
 static const char *const statement_texts[] = {
@@ -24,9 +24,10 @@ static const char *const statement_texts[] = {
 	"INSERT OR REPLACE INTO jobs (number, id, state, name, scene, class, content, priority,"
 	" width, height, crop_x0, crop_y0, crop_x1, crop_y1, tile_px, samples, exposure,"
 	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
-	" restarts, error_code, error_text, image_revision)"
+	" restarts, error_code, error_text, image_revision, aovs, mode, threshold, error,"
+	" confidence, min_samples)"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
-	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28)",
+	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34)",
 	"INSERT OR REPLACE INTO tiles (job, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4)",
 	"DELETE FROM tiles WHERE job = ?1",
 	"DELETE FROM jobs WHERE number = ?1",
@@ -79,6 +80,20 @@ static const char schema[] =
 	"PRAGMA user_version = 1;"
 	"COMMIT;";
 
+/* From each version to the next. */
+static const char *const migrations[SCHEMA_VERSION] = {
+	schema,
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN aovs INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN mode INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN threshold REAL NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN error REAL NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN confidence REAL NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN min_samples INTEGER NOT NULL DEFAULT 0;"
+	"PRAGMA user_version = 2;"
+	"COMMIT;",
+};
+
 /*
  * An image revision names the same bytes for ever, but merges after the last update of the row
  * were lost count of: there were fewer than units_total + 1 of them.
@@ -91,7 +106,8 @@ static const char load_jobs[] =
 	"SELECT number, id, state, name, scene, class, content, priority, width, height, crop_x0,"
 	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
 	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
-	" error_text, image_revision FROM jobs ORDER BY number";
+	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples"
+	" FROM jobs ORDER BY number";
 static const char load_tiles[] = "SELECT tile, rounds, xxh3 FROM tiles WHERE job = ?1";
 static const char load_removed[] = "SELECT id FROM removed";
 
@@ -224,7 +240,7 @@ static int put_job(struct pen_store *store, const struct pen_job *job, struct pe
 	bind_number(statement, 13, job->tiling.crop.x1);
 	bind_number(statement, 14, job->tiling.crop.y1);
 	bind_number(statement, 15, job->tiling.tile_px);
-	bind_number(statement, 16, job->samples);
+	bind_number(statement, 16, job->sampling.samples);
 	(void)sqlite3_bind_double(statement, 17, job->exposure);
 	bind_number(statement, 18, job->units_done);
 	bind_number(statement, 19, job->units_total);
@@ -237,6 +253,12 @@ static int put_job(struct pen_store *store, const struct pen_job *job, struct pe
 	(void)sqlite3_bind_int(statement, 26, job->error.code);
 	bind_text(statement, 27, job->error.text);
 	bind_number(statement, 28, job->image_revision);
+	bind_number(statement, 29, job->aovs);
+	bind_number(statement, 30, job->sampling.mode);
+	(void)sqlite3_bind_double(statement, 31, job->sampling.threshold);
+	(void)sqlite3_bind_double(statement, 32, job->sampling.error);
+	(void)sqlite3_bind_double(statement, 33, job->sampling.confidence);
+	bind_number(statement, 34, job->sampling.min_samples);
 	return run(store, PUT_JOB, NULL, err);
 }
 
@@ -505,7 +527,7 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name
 	job.priority = column_count(row, 7);
 	job.width = column_count(row, 8);
 	job.height = column_count(row, 9);
-	job.samples = column_count(row, 15);
+	job.sampling.samples = column_count(row, 15);
 	job.exposure = sqlite3_column_double(row, 16);
 	job.units_done = column_number(row, 17);
 	job.units_total = column_number(row, 18);
@@ -518,11 +540,18 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name
 	job.error.code = sqlite3_column_int(row, 25);
 	copy_text(job.error.text, sizeof job.error.text, row, 26);
 	job.image_revision = column_number(row, 27);
+	job.aovs = column_count(row, 28);
+	job.sampling.mode = (enum pen_sampling_mode)column_count(row, 29);
+	job.sampling.threshold = sqlite3_column_double(row, 30);
+	job.sampling.error = sqlite3_column_double(row, 31);
+	job.sampling.confidence = sqlite3_column_double(row, 32);
+	job.sampling.min_samples = column_count(row, 33);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		sqlite3_column_bytes(row, 4) != sizeof job.scene_sha256 || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||
-		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.samples == 0 ||
-		job.samples > PEN_SAMPLES_MAX)
+		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.sampling.samples == 0 ||
+		job.sampling.samples > PEN_SAMPLES_MAX ||
+		job.sampling.mode > PEN_SAMPLING_INTERLEAVED)
 		return false;
 	memcpy(&job.scene_sha256, sqlite3_column_blob(row, 4), sizeof job.scene_sha256);
 	pen_tiling_init(&job.tiling, crop, tile_px);
@@ -554,7 +583,7 @@ static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *
 		if (step != SQLITE_ROW)
 			r = database_error(store, err);
 		else if (tile.tile < job->tiling.count &&
-			 tile.state.rounds <= pen_round_count(job->samples))
+			 tile.state.rounds <= pen_round_count(job->sampling.samples))
 			r = visitor->tile(visitor->user, job->number, &tile, err);
 	}
 	(void)sqlite3_reset(rows);
@@ -653,12 +682,12 @@ static int migrate(struct pen_store *store, struct pen_error *err)
 	if (r == 0)
 		version = sqlite3_column_int(row, 0);
 	(void)sqlite3_finalize(row);
-	if (r < 0 || version == SCHEMA_VERSION)
-		return r;
-	if (version != 0)
+	if (r == 0 && (version < 0 || version > SCHEMA_VERSION))
 		return pen_error_set(err, PEN_EUNSUPPORTED,
 			"the data directory was written by a newer version of Penumbra");
-	return execute(store, schema, err);
+	for (; r == 0 && version < SCHEMA_VERSION; version++)
+		r = execute(store, migrations[version], err);
+	return r;
 }
 
 static int open_database(struct pen_store *store, const char *dir, struct pen_error *err)

@@ -28,7 +28,7 @@ static uint64_t area(const struct pen_job *job, uint32_t tile)
 void pen_tiles_load(
 	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas_tile *states)
 {
-	uint32_t all = pen_round_count(job->samples);
+	uint32_t all = pen_round_count(job->sampling.samples);
 
 	memcpy(tiles->states, states, job->tiling.count * sizeof *states);
 	job->units_done = job->samples_done = job->tiles_done = 0;
@@ -38,7 +38,8 @@ void pen_tiles_load(
 		if (rounds == 0)
 			continue;
 		job->units_done += rounds;
-		job->samples_done += area(job, i) * pen_round_get(job->samples, rounds - 1).end;
+		job->samples_done +=
+			area(job, i) * pen_round_get(job->sampling.samples, rounds - 1).end;
 		job->tiles_done += rounds == all;
 	}
 	job->revision++;
@@ -47,12 +48,12 @@ void pen_tiles_load(
 bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile, uint64_t xxh3)
 {
 	struct pen_canvas_tile *state = &tiles->states[tile];
-	struct pen_round samples = pen_round_get(job->samples, state->rounds);
+	struct pen_round samples = pen_round_get(job->sampling.samples, state->rounds);
 
 	*state = (struct pen_canvas_tile){(uint16_t)(state->rounds + 1), xxh3};
 	job->units_done++;
 	job->samples_done += area(job, tile) * (samples.end - samples.first);
-	job->tiles_done += samples.end == job->samples;
+	job->tiles_done += samples.end == job->sampling.samples;
 	job->image_revision++;
 	job->revision++;
 

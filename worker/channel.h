@@ -40,7 +40,7 @@ static_assert(sizeof(struct pen_control) == 512, "no padding");
 struct pen_order {
 	uint64_t lease;
 	struct pen_unit unit;
-	uint32_t unused;
+	uint32_t channels; /* of the scene's film */
 };
 static_assert(sizeof(struct pen_order) == 40, "no padding");
 

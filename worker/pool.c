@@ -98,6 +98,7 @@ static bool start_unit(struct pool *pool, struct lease *lease, struct pen_host *
 		.lease = lease->msg.lease,
 		.unit = {lease->msg.rect, lease->msg.frame, lease->msg.sample_first,
 			lease->msg.sample_end},
+		.channels = lease->msg.channels,
 	};
 
 	for (uint32_t i = 0; i < pool->config->processes; i++) {
@@ -234,7 +235,7 @@ static void handle_done(
 	size_t count, size;
 
 	assert(lease && lease->msg.lease == answer->lease && lease->host == host);
-	count = pen_rect_area(lease->msg.rect) * PEN_CHANNELS;
+	count = pen_rect_area(lease->msg.rect) * lease->msg.channels;
 	size = count * sizeof *pool->pixels;
 	memcpy(pool->pixels, pen_host_pixels(host, slot), size);
 	if (pen_xxh3(pool->pixels, size) != answer->xxh3 || !all_finite(pool->pixels, count)) {

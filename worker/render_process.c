@@ -35,7 +35,7 @@ static int confine(const struct pen_worker_config *config, pid_t parent, int cha
 static void render(struct pen_renderer *renderer, const struct pen_order *order,
 	struct pen_result *result, struct pen_answer *ret_answer)
 {
-	size_t size = pen_rect_area(order->unit.rect) * PEN_CHANNELS * sizeof(float);
+	size_t size = pen_rect_area(order->unit.rect) * order->channels * sizeof(float);
 	int64_t start_us = pen_clock_us();
 
 	*ret_answer = (struct pen_answer){.lease = order->lease};

@@ -26,7 +26,7 @@ struct pen_film {
 /* The film with these planes (enum pen_plane). */
 static inline struct pen_film pen_film_of(uint32_t planes)
 {
-	struct pen_film film = {.channels = PEN_CHANNELS_MIN};
+	struct pen_film film = {PEN_CHANNELS_MIN, 0, 0, 0, 0};
 
 	if (planes & PEN_PLANE_ALBEDO) {
 		film.albedo = film.channels;

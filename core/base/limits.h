@@ -2,6 +2,8 @@
 #ifndef PEN_BASE_LIMITS_H
 #define PEN_BASE_LIMITS_H
 
+#include "core/base/film.h"
+
 /* Every bound on what comes from outside. Each has a test at N-1, N and N+1. */
 
 /* Scene text */
@@ -40,8 +42,7 @@
 /* Tiles and rounds */
 #define PEN_TILE_SIDE_MAX     256u
 #define PEN_ROUND_SAMPLES_MAX 256u
-#define PEN_CHANNELS	      4u /* sums of R, G and B, and the sample count */
-#define PEN_TILE_BYTES_MAX    (PEN_TILE_SIDE_MAX * PEN_TILE_SIDE_MAX * PEN_CHANNELS * 4u)
+#define PEN_TILE_BYTES_MAX    (PEN_TILE_SIDE_MAX * PEN_TILE_SIDE_MAX * PEN_CHANNELS_MAX * 4u)
 
 /* Wire */
 #define PEN_FRAME_CONTROL_MAX (64u << 10)

@@ -376,3 +376,9 @@ void pen_camera_generate(const struct pen_camera *camera, uint32_t n, const floa
 	else
 		generate_static(camera, n, batch, APERTURE_POLYGON);
 }
+
+struct pen_vec3 pen_camera_axis(const struct pen_camera *camera, float time)
+{
+	return camera->segment_count > 0 ? moving_frame(camera, time).forward
+					 : camera->frame.forward;
+}

@@ -58,4 +58,7 @@ void pen_camera_generate(const struct pen_camera *camera, uint32_t n, const floa
 	const float *film_y, const float *lens_u, const float *lens_v, const float *time,
 	const struct pen_camera_rays *ret_rays);
 
+/* The view axis at a time, a fraction of the shutter. */
+struct pen_vec3 pen_camera_axis(const struct pen_camera *camera, float time);
+
 #endif

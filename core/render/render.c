@@ -3,6 +3,7 @@
 
 #include "core/render/isa.h"
 #include "core/render/wavefront.h"
+#include "core/scene/planes.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -45,13 +46,15 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 		return pen_error_memory(err);
 	wavefront = &renderer->wavefront;
 	wavefront->scene = scene;
+	wavefront->film = pen_scene_film(scene->desc);
 	wavefront->packets_max = packets;
 	pen_sampler_init(&wavefront->sampler, &scene->desc->sampling, 0);
 	r = queue_create(&wavefront->now, packets * growth, err);
 	if (r == 0)
 		r = queue_create(&wavefront->next, packets * growth, err);
 	wavefront->radiance = calloc(3 * (packets * PEN_LANES + 1ul), sizeof(float));
-	if (r == 0 && !wavefront->radiance)
+	wavefront->firsts = calloc(packets * PEN_LANES + 1ul, sizeof *wavefront->firsts);
+	if (r == 0 && (!wavefront->radiance || !wavefront->firsts))
 		r = pen_error_memory(err);
 	if (r < 0) {
 		pen_renderer_destroy(renderer);
@@ -66,6 +69,7 @@ void pen_renderer_destroy(struct pen_renderer *renderer)
 {
 	if (!renderer)
 		return;
+	free(renderer->wavefront.firsts);
 	free(renderer->wavefront.radiance);
 	free(renderer->wavefront.next.packets);
 	free(renderer->wavefront.now.packets);

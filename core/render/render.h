@@ -81,9 +81,9 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 void pen_renderer_destroy(struct pen_renderer *renderer);
 
 /*
- * Renders a unit. ret_pixels: PEN_CHANNELS floats a pixel, row by row of unit->rect, overwritten:
- * the sums of R, G and B over the unit's samples and their count. A pixel's samples are summed in
- * index order in blocks of 16 aligned to absolute indices, blocks in order, all in float32.
+ * Renders a unit. ret_pixels: the scene's film (pen_scene_film), row by row of unit->rect,
+ * overwritten: sums over the unit's samples and their count. A pixel's samples are summed in index
+ * order in blocks of 16 aligned to absolute indices, blocks in order, all in float32.
  * ret_stats and progress (samples finished so far, raised as they finish) may be NULL.
  */
 void pen_renderer_unit(struct pen_renderer *renderer, const struct pen_unit *unit,

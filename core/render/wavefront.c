@@ -42,6 +42,39 @@ static uint32_t dropped_slot(const struct pen_wavefront *wavefront)
 	return wavefront->packets_max * PEN_LANES;
 }
 
+static bool has_firsts(const struct pen_film *film)
+{
+	return (film->albedo | film->normal | film->depth) != 0;
+}
+
+/* Notes what camera rays met. */
+static void keep_firsts(const struct pen_wavefront *wavefront, const struct pen_paths *paths,
+	const struct pen_points *points)
+{
+	const struct pen_rays *rays = &paths->packet.rays;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		struct pen_first *first = &wavefront->firsts[paths->slot[i]];
+		const struct pen_vec3 direction = {
+			rays->direction_x[i], rays->direction_y[i], rays->direction_z[i]};
+		const struct pen_vec3 axis =
+			pen_camera_axis(&wavefront->scene->camera, rays->time[i]);
+		const bool is_black = points->kind[i] == PEN_KIND_LIGHT;
+
+		*first = (struct pen_first){.hits = 0.0f};
+		if (points->kind[i] == PEN_KIND_NOTHING)
+			continue;
+		*first = (struct pen_first){
+			.albedo = {is_black ? 0.0f : points->red[i],
+				is_black ? 0.0f : points->green[i],
+				is_black ? 0.0f : points->blue[i]},
+			.normal = {points->normal_x[i], points->normal_y[i], points->normal_z[i]},
+			.depth = rays->tfar[i] * pen_dot(direction, axis),
+			.hits = 1.0f,
+		};
+	}
+}
+
 static void add_to_slots(
 	float *radiance, const struct pen_paths *paths, const struct pen_gathered *sum)
 {
@@ -64,6 +97,8 @@ static void step_packet(
 
 	pass->rays_dropped += pen_trace_closest(scene->trace, pass->is_coherent, &paths->packet);
 	pen_points_find(scene, &paths->packet, &points);
+	if (pass->depth == 0 && has_firsts(&wavefront->film))
+		keep_firsts(wavefront, paths, &points);
 	if (points.kinds & (PEN_KIND_NOTHING | PEN_KIND_LIGHT))
 		pen_direct_seen(pass, paths, &points, &sum);
 	/* From max_depth a path still looks where its lobe leads, but only for light. */
@@ -116,6 +151,31 @@ static void add_sample(struct progress *p, const float *radiance, float sum[3])
 		sum[c] += radiance[c];
 }
 
+static void add_first(const struct pen_film *film, const struct pen_first *first, float *pixel)
+{
+	for (uint32_t c = 0; c < 3 && film->albedo; c++)
+		pixel[film->albedo + c] += first->albedo[c];
+	for (uint32_t c = 0; c < 3 && film->normal; c++)
+		pixel[film->normal + c] += first->normal[c];
+	if (film->depth) {
+		pixel[film->depth] += first->depth;
+		pixel[film->depth + 1] += first->hits;
+	}
+}
+
+/* The same for the planes of first hits, which are summed one by one. */
+static void add_firsts(const struct progress *p, const struct task *task, uint32_t place,
+	uint32_t stride, float *pixel)
+{
+	for (uint32_t i = task->first; i < task->end; i++, place += stride) {
+		const struct pen_first *first = &p->wavefront->firsts[place];
+
+		if (isfinite(first->albedo[0] + first->albedo[1] + first->albedo[2] +
+			     first->normal[0] + first->normal[1] + first->normal[2] + first->depth))
+			add_first(&p->wavefront->film, first, pixel);
+	}
+}
+
 /* Sums a pixel's samples of a task in the order of their indices, then adds the block. */
 static void add_pixel(struct progress *p, const struct task *task, uint32_t x, uint32_t y)
 {
@@ -123,16 +183,20 @@ static void add_pixel(struct progress *p, const struct task *task, uint32_t x, u
 	const uint32_t lane =
 		task->is_grid ? (y - task->y) * 4 + (x - task->x) : task->first % BLOCK_SAMPLES;
 	const uint32_t stride = task->is_grid ? PEN_LANES : 1;
-	const float *from = p->wavefront->radiance + 3 * (size_t)(task->packet * PEN_LANES + lane);
-	float *pixel = p->pixels + PEN_CHANNELS * ((size_t)(y - rect.y0) * pen_rect_width(rect) +
-							  (x - rect.x0));
+	const uint32_t place = task->packet * PEN_LANES + lane;
+	const float *from = p->wavefront->radiance + 3 * (size_t)place;
+	float *pixel =
+		p->pixels + p->wavefront->film.channels *
+				    ((size_t)(y - rect.y0) * pen_rect_width(rect) + (x - rect.x0));
 	float sum[3] = {0};
 
 	for (uint32_t i = task->first; i < task->end; i++, from += 3 * (size_t)stride)
 		add_sample(p, from, sum);
 	for (int c = 0; c < 3; c++)
 		pixel[c] += sum[c];
-	pixel[3] += (float)(task->end - task->first);
+	pixel[PEN_CHANNEL_COUNT] += (float)(task->end - task->first);
+	if (has_firsts(&p->wavefront->film))
+		add_firsts(p, task, place, stride, pixel);
 }
 
 static bool is_within(struct pen_rect rect, uint32_t x, uint32_t y)
@@ -239,7 +303,8 @@ void pen_wavefront_unit(struct pen_wavefront *wavefront, const struct pen_unit *
 
 	assert(pen_rect_valid(unit->rect) && first < unit->sample_end);
 	prepare_sampler(wavefront, unit->frame);
-	memset(ret_pixels, 0, pen_rect_area(unit->rect) * PEN_CHANNELS * sizeof *ret_pixels);
+	memset(ret_pixels, 0,
+		pen_rect_area(unit->rect) * wavefront->film.channels * sizeof *ret_pixels);
 	while (first < unit->sample_end) {
 		const uint32_t block_end = (first & ~15u) + BLOCK_SAMPLES;
 		const uint32_t end = block_end < unit->sample_end ? block_end : unit->sample_end;

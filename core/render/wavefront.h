@@ -2,8 +2,16 @@
 #ifndef PEN_RENDER_WAVEFRONT_H
 #define PEN_RENDER_WAVEFRONT_H
 
+#include "core/base/film.h"
 #include "core/render/path.h"
 #include "core/render/scatter.h"
+
+/* What a camera ray met first, for the planes of the film; all zeros: nothing. */
+struct pen_first {
+	float albedo[3];
+	float normal[3];
+	float depth, hits;
+};
 
 /*
  * A batch of paths and its queues. All paths of a batch take their first step, then all that are
@@ -12,12 +20,14 @@
  */
 struct pen_wavefront {
 	const struct pen_render_scene *scene;
+	struct pen_film film;
 	struct pen_sampler sampler;
 	uint32_t frame;	      /* that the sampler is for */
 	uint32_t packets_max; /* of camera rays in a batch */
 	struct pen_path_queue now, next;
-	float *radiance; /* R, G and B of each slot of a batch and of one more, for what is dropped
-			  */
+	/* Of each slot of a batch and of one more, for what is dropped. */
+	float *radiance;	  /* R, G and B */
+	struct pen_first *firsts; /* untouched unless the film has such planes */
 };
 
 /*

@@ -216,7 +216,7 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 	struct pen_sched_job added = {
 		.number = job->shown.number,
 		.tiling = &job->shown.tiling,
-		.samples = job->shown.samples,
+		.samples = job->shown.sampling.samples,
 		.priority = job->shown.priority,
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,
@@ -283,16 +283,16 @@ static void handle_tick(struct sim *sim)
 static size_t make_result(const struct pen_msg_lease *lease, enum lie lie, float *pixels,
 	struct pen_msg_result *ret_result)
 {
-	size_t size = pen_framebuf_tile_bytes(lease->rect);
+	size_t size = pen_rect_area(lease->rect) * lease->channels * sizeof *pixels;
 	float samples = (float)(lease->sample_end - lease->sample_first);
 
 	for (size_t i = 0; i < size / sizeof *pixels; i++)
-		pixels[i] = i % PEN_CHANNELS == PEN_CHANNELS - 1 ? samples : 0;
+		pixels[i] = i % lease->channels == PEN_CHANNEL_COUNT ? samples : 0;
 	pixels[0] = stamp(lease->job, lease->tile, lease->round);
 	if (lie == LIE_NAN)
 		pixels[1] = NAN;
 	if (lie == LIE_COUNT)
-		pixels[PEN_CHANNELS - 1] = samples + 1;
+		pixels[PEN_CHANNEL_COUNT] = samples + 1;
 	*ret_result = (struct pen_msg_result){
 		.lease = lease->lease + (lie == LIE_LEASE),
 		.job = lease->job,
@@ -317,7 +317,7 @@ static void check_commit(struct sim *sim, struct sim_tile *tile, const struct pe
 
 static void handle_result(struct sim *sim, struct peer *peer, const struct event *event)
 {
-	float pixels[16 * 16 * PEN_CHANNELS];
+	float pixels[16 * 16 * PEN_CHANNELS_MIN];
 	struct pen_msg_result result;
 	enum lie lie = (enum lie)event->detail;
 	size_t size = make_result(&event->lease, lie, pixels, &result);

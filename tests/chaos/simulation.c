@@ -61,10 +61,11 @@ static void create_job(struct sim *sim, struct sim_job *job, uint64_t number)
 {
 	struct pen_rect crop = {0, 0, 1 + sim_draw(sim, 64), 1 + sim_draw(sim, 64)};
 
-	job->shown = (struct pen_job){
-		.number = number, .samples = 1 + sim_draw(sim, 80), .priority = sim_draw(sim, 100)};
+	job->shown = (struct pen_job){.number = number,
+		.sampling.samples = 1 + sim_draw(sim, 80),
+		.priority = sim_draw(sim, 100)};
 	pen_tiling_init(&job->shown.tiling, crop, 16);
-	job->rounds = pen_round_count(job->shown.samples);
+	job->rounds = pen_round_count(job->shown.sampling.samples);
 	job->poison = sim_draw(sim, 8) == 0 ? sim_draw(sim, job->shown.tiling.count) : TILES_MAX;
 	sim_push(sim, (struct event){.type = EVENT_SUBMIT, .job = number},
 		sim_draw(sim, HEAL_MS / 2));

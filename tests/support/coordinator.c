@@ -249,6 +249,7 @@ void coordinator_lease(struct coordinator *c, uint64_t lease, uint32_t seed, uin
 						    .sample_end = 16,
 						    .scene_sha256 = scene_name(seed),
 						    .deadline_ms = deadline_ms,
+						    .channels = PEN_CHANNELS_MIN,
 					    },
 			    });
 }
@@ -257,11 +258,11 @@ static void check_pattern(const struct pen_msg *msg, struct pen_rect rect, uint3
 {
 	const unsigned char *pixel = msg->payload;
 
-	assert_int_equal(msg->payload_size, pen_rect_area(rect) * PEN_CHANNELS * sizeof(float));
+	assert_int_equal(msg->payload_size, pen_rect_area(rect) * PEN_CHANNELS_MIN * sizeof(float));
 	for (uint32_t y = rect.y0; y < rect.y1; y++)
 		for (uint32_t x = rect.x0; x < rect.x1;
-			x++, pixel += PEN_CHANNELS * sizeof(float)) {
-			float expected[PEN_CHANNELS] = {(float)x, (float)y, (float)seed, 15};
+			x++, pixel += PEN_CHANNELS_MIN * sizeof(float)) {
+			float expected[PEN_CHANNELS_MIN] = {(float)x, (float)y, (float)seed, 15};
 
 			assert_memory_equal(pixel, expected, sizeof expected);
 		}

@@ -47,8 +47,8 @@ static void set_tiles(struct fake *fake, uint32_t tiles)
 {
 	fake->tiles = tiles;
 	fake->job.tiles_done = tiles;
-	fake->job.samples_done =
-		(uint64_t)WIDTH * HEIGHT * fake->job.samples * tiles / fake->job.tiling.count;
+	fake->job.samples_done = (uint64_t)WIDTH * HEIGHT * fake->job.sampling.samples * tiles /
+				 fake->job.tiling.count;
 	fake->job.image_revision = tiles;
 	fake->job.revision++;
 }
@@ -66,7 +66,7 @@ static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_stat
 	job->width = WIDTH;
 	job->height = HEIGHT;
 	pen_tiling_init(&job->tiling, (struct pen_rect){0, 0, WIDTH, HEIGHT}, TILE_PX);
-	job->samples = 4;
+	job->sampling.samples = 4;
 	job->created_ms = 1700000000000;
 	job->eta_seconds = -1;
 	jobs->fakes[jobs->count++] = fake;
@@ -233,8 +233,9 @@ struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
 int pen_jobs_open_image(
 	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err)
 {
-	static const float grey[PEN_CHANNELS] = {2.0f, 2.0f, 2.0f, 4.0f};
-	size_t slot = pen_framebuf_slot_bytes(job->tiling.tile_px);
+	static const float grey[PEN_CHANNELS_MIN] = {2.0f, 2.0f, 2.0f, 4.0f};
+	const struct pen_framebuf framebuf = {job->tiling, pen_job_film(job)};
+	size_t slot = pen_framebuf_slot_bytes(&framebuf);
 	size_t floats = slot / sizeof(float);
 	float *pixels = calloc(job->tiling.count, slot);
 	int fd = memfd_create("framebuffer", MFD_CLOEXEC);
@@ -242,7 +243,7 @@ int pen_jobs_open_image(
 	(void)jobs, (void)err;
 	assert(pixels && fd >= 0);
 	for (size_t i = 0; i < job->image_revision * floats; i++)
-		pixels[i] = grey[i % PEN_CHANNELS];
+		pixels[i] = grey[i % PEN_CHANNELS_MIN];
 	if (write(fd, pixels, job->tiling.count * slot) != (ssize_t)(job->tiling.count * slot))
 		abort();
 	free(pixels);

@@ -145,7 +145,8 @@ void pen_renderer_unit(struct pen_renderer *renderer, const struct pen_unit *uni
 
 	misbehave(renderer->seed);
 	for (uint32_t y = unit->rect.y0; y < unit->rect.y1; y++)
-		for (uint32_t x = unit->rect.x0; x < unit->rect.x1; x++, pixel += PEN_CHANNELS) {
+		for (uint32_t x = unit->rect.x0; x < unit->rect.x1;
+			x++, pixel += PEN_CHANNELS_MIN) {
 			pixel[0] = (float)x;
 			pixel[1] = (float)y;
 			pixel[2] = (float)renderer->seed;

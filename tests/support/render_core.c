@@ -5,6 +5,7 @@
 #include "core/render/pictures.h"
 #include "core/render/render.h"
 #include "core/scene/parse.h"
+#include "core/scene/planes.h"
 
 #include <getopt.h>
 #include <stdio.h>
@@ -16,7 +17,7 @@
 
 /*
  * The renderer without a farm: units of a scene, in any order, by any number of forked processes,
- * merged as the coordinator merges them. Writes "x0 y0 x1 y1\n" and then PEN_CHANNELS floats a
+ * merged as the coordinator merges them. Writes "x0 y0 x1 y1\n" and then the film's floats a
  * pixel, in the machine's byte order.
  */
 static const char usage[] =
@@ -45,6 +46,7 @@ struct plan {
 	uint32_t *order;
 	uint32_t count;
 	size_t floats;
+	uint32_t channels;
 };
 
 static void fail(const char *text)
@@ -209,11 +211,11 @@ static void shuffle(uint32_t *order, uint32_t count, uint32_t seed)
 	}
 }
 
-static struct plan make_plan(
-	const struct pen_tiling *tiling, uint32_t samples, const struct options *options)
+static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels, uint32_t samples,
+	const struct options *options)
 {
 	const uint32_t rounds = pen_round_count(samples);
-	struct plan plan = {.count = tiling->count * rounds};
+	struct plan plan = {.count = tiling->count * rounds, .channels = channels};
 
 	plan.items = allocate(plan.count, sizeof *plan.items);
 	plan.order = allocate(plan.count, sizeof *plan.order);
@@ -228,7 +230,7 @@ static struct plan make_plan(
 				.sample_end = round.end},
 			.offset = plan.floats,
 		};
-		plan.floats += PEN_CHANNELS * pen_rect_area(rect);
+		plan.floats += plan.channels * pen_rect_area(rect);
 	}
 	shuffle(plan.order, plan.count, options->shuffle);
 	return plan;
@@ -291,12 +293,12 @@ static void merge(const struct plan *plan, struct pen_rect crop, const float *re
 	for (uint32_t i = 0; i < plan->count; i++) {
 		const struct pen_rect rect = plan->items[i].unit.rect;
 		const float *from = results + plan->items[i].offset;
-		const size_t row = PEN_CHANNELS * pen_rect_width(rect);
+		const size_t row = plan->channels * pen_rect_width(rect);
 
 		for (uint32_t y = rect.y0; y < rect.y1; y++, from += row) {
 			float *to = image +
-				    PEN_CHANNELS * ((size_t)(y - crop.y0) * pen_rect_width(crop) +
-							   rect.x0 - crop.x0);
+				    plan->channels * ((size_t)(y - crop.y0) * pen_rect_width(crop) +
+							     rect.x0 - crop.x0);
 
 			for (size_t k = 0; k < row; k++)
 				to[k] += from[k];
@@ -304,9 +306,10 @@ static void merge(const struct plan *plan, struct pen_rect crop, const float *re
 	}
 }
 
-static void write_image(const char *path, struct pen_rect crop, const float *image)
+static void write_image(
+	const char *path, struct pen_rect crop, uint32_t channels, const float *image)
 {
-	const size_t count = PEN_CHANNELS * pen_rect_area(crop);
+	const size_t count = channels * pen_rect_area(crop);
 	FILE *file = fopen(path, "wb");
 
 	if (!file || fprintf(file, "%u %u %u %u\n", crop.x0, crop.y0, crop.x1, crop.y1) < 0 ||
@@ -355,16 +358,17 @@ int main(int argc, char **argv)
 	if (pen_render_scene_create(scene, pictures, options.isa, &ready, &err) < 0)
 		fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);
-	plan = make_plan(&tiling, scene->sampling.samples, &options);
+	plan = make_plan(
+		&tiling, pen_scene_film(scene).channels, scene->sampling.samples, &options);
 	results = shared_memory((plan.floats + 1) * sizeof *results);
 	totals = shared_memory(options.processes * sizeof *totals);
-	image = allocate(PEN_CHANNELS * pen_rect_area(tiling.crop), sizeof *image);
+	image = allocate(plan.channels * pen_rect_area(tiling.crop), sizeof *image);
 	start_us = pen_clock_us();
 	render(ready, &plan, options.processes, results, totals);
 	if (options.has_time)
 		print_speed(totals, options.processes, pen_clock_us() - start_us);
 	merge(&plan, tiling.crop, results, image);
-	write_image(options.out_path, tiling.crop, image);
+	write_image(options.out_path, tiling.crop, plan.channels, image);
 	pen_render_scene_destroy(ready);
 	pen_pictures_destroy(pictures);
 	pen_scene_destroy(scene);

@@ -19,7 +19,7 @@ static const char path[] = "/tmp/penumbra-test-framebuf.XXXXXX";
 
 struct fixture {
 	char path[sizeof path];
-	struct pen_tiling tiling;
+	struct pen_framebuf framebuf;
 	int fd;
 };
 
@@ -34,8 +34,9 @@ static int set_up(void **state)
 	assert_true(fd >= 0);
 	(void)close(fd);
 	/* Odd sizes, so that the last column and row of tiles are cut. */
-	pen_tiling_init(&fixture->tiling, (struct pen_rect){5, 3, 53, 40}, 32);
-	assert_int_equal(pen_framebuf_create(fixture->path, &fixture->tiling, NULL), 0);
+	fixture->framebuf.film = pen_film_of(PEN_PLANE_DEPTH);
+	pen_tiling_init(&fixture->framebuf.tiling, (struct pen_rect){5, 3, 53, 40}, 32);
+	assert_int_equal(pen_framebuf_create(fixture->path, &fixture->framebuf, NULL), 0);
 	fixture->fd = open(fixture->path, O_RDWR);
 	assert_true(fixture->fd >= 0);
 	*state = fixture;
@@ -53,9 +54,9 @@ static int tear_down(void **state)
 }
 
 /* Pixels of tile index that are all different, times factor. */
-static float *make_pixels(const struct pen_tiling *tiling, uint32_t index, float factor)
+static float *make_pixels(const struct pen_framebuf *framebuf, uint32_t index, float factor)
 {
-	size_t count = pen_framebuf_tile_bytes(pen_tiling_rect(tiling, index)) / sizeof(float);
+	size_t count = pen_framebuf_tile_bytes(framebuf, index) / sizeof(float);
 	float *pixels = calloc(count, sizeof *pixels);
 
 	assert_non_null(pixels);
@@ -66,18 +67,19 @@ static float *make_pixels(const struct pen_tiling *tiling, uint32_t index, float
 
 static void merge(const struct fixture *fixture, uint32_t index, int first, float factor)
 {
-	float *pixels = make_pixels(&fixture->tiling, index, factor);
-	size_t size = pen_framebuf_tile_bytes(pen_tiling_rect(&fixture->tiling, index));
+	float *pixels = make_pixels(&fixture->framebuf, index, factor);
+	size_t size = pen_framebuf_tile_bytes(&fixture->framebuf, index);
 	uint64_t told, found;
 	float *stored = malloc(size);
 
-	assert_int_equal(pen_framebuf_merge(
-				 fixture->fd, &fixture->tiling, index, first, pixels, &told, NULL),
+	assert_int_equal(pen_framebuf_merge(fixture->fd, &fixture->framebuf, index, first, pixels,
+				 &told, NULL),
 		0);
-	assert_int_equal(pen_framebuf_hash(fixture->fd, &fixture->tiling, index, &found, NULL), 0);
-	assert_true(told == found);
 	assert_int_equal(
-		pread(fixture->fd, stored, size, (off_t)(index * pen_framebuf_slot_bytes(32))),
+		pen_framebuf_hash(fixture->fd, &fixture->framebuf, index, &found, NULL), 0);
+	assert_true(told == found);
+	assert_int_equal(pread(fixture->fd, stored, size,
+				 (off_t)(index * pen_framebuf_slot_bytes(&fixture->framebuf))),
 		(ssize_t)size);
 	assert_true(pen_xxh3(stored, size) == told);
 	free(stored);
@@ -92,7 +94,8 @@ static void test_create(void **state)
 	char byte = 1;
 
 	assert_int_equal(fstat(fixture->fd, &status), 0);
-	assert_int_equal(status.st_size, fixture->tiling.count * pen_framebuf_slot_bytes(32));
+	assert_int_equal(status.st_size,
+		fixture->framebuf.tiling.count * pen_framebuf_slot_bytes(&fixture->framebuf));
 	assert_true(status.st_blocks * 512 >= status.st_size);
 	assert_int_equal(pread(fixture->fd, &byte, 1, status.st_size - 1), 1);
 	assert_int_equal(byte, 0);
@@ -105,9 +108,9 @@ static void test_create_again(void **state)
 	uint64_t before, after;
 
 	merge(fixture, 0, 1, 1);
-	assert_int_equal(pen_framebuf_hash(fixture->fd, &fixture->tiling, 0, &before, NULL), 0);
-	assert_int_equal(pen_framebuf_create(fixture->path, &fixture->tiling, NULL), 0);
-	assert_int_equal(pen_framebuf_hash(fixture->fd, &fixture->tiling, 0, &after, NULL), 0);
+	assert_int_equal(pen_framebuf_hash(fixture->fd, &fixture->framebuf, 0, &before, NULL), 0);
+	assert_int_equal(pen_framebuf_create(fixture->path, &fixture->framebuf, NULL), 0);
+	assert_int_equal(pen_framebuf_hash(fixture->fd, &fixture->framebuf, 0, &after, NULL), 0);
 	assert_true(before == after);
 }
 
@@ -115,19 +118,19 @@ static void test_create_again(void **state)
 static void test_merge(void **state)
 {
 	struct fixture *fixture = *state;
-	const struct pen_tiling *tiling = &fixture->tiling;
+	const struct pen_framebuf *framebuf = &fixture->framebuf;
 
-	for (uint32_t i = 0; i < tiling->count; i++) {
+	for (uint32_t i = 0; i < framebuf->tiling.count; i++) {
 		merge(fixture, i, 1, 1);
 		merge(fixture, i, 1, 1);
 		merge(fixture, i, 0, 2);
 	}
-	for (uint32_t i = 0; i < tiling->count; i++) {
-		size_t size = pen_framebuf_tile_bytes(pen_tiling_rect(tiling, i));
-		float *expected = make_pixels(tiling, i, 3);
+	for (uint32_t i = 0; i < framebuf->tiling.count; i++) {
+		size_t size = pen_framebuf_tile_bytes(framebuf, i);
+		float *expected = make_pixels(framebuf, i, 3);
 		uint64_t hash;
 
-		assert_int_equal(pen_framebuf_hash(fixture->fd, tiling, i, &hash, NULL), 0);
+		assert_int_equal(pen_framebuf_hash(fixture->fd, framebuf, i, &hash, NULL), 0);
 		assert_true(hash == pen_xxh3(expected, size));
 		free(expected);
 	}
@@ -137,13 +140,15 @@ static void test_merge(void **state)
 static void test_truncated(void **state)
 {
 	struct fixture *fixture = *state;
-	uint32_t last = fixture->tiling.count - 1;
+	uint32_t last = fixture->framebuf.tiling.count - 1;
 	struct pen_error err = PEN_ERROR_INIT;
 	uint64_t hash;
 
-	assert_int_equal(ftruncate(fixture->fd, (off_t)(last * pen_framebuf_slot_bytes(32))), 0);
 	assert_int_equal(
-		pen_framebuf_hash(fixture->fd, &fixture->tiling, last, &hash, &err), PEN_EIO);
+		ftruncate(fixture->fd, (off_t)(last * pen_framebuf_slot_bytes(&fixture->framebuf))),
+		0);
+	assert_int_equal(
+		pen_framebuf_hash(fixture->fd, &fixture->framebuf, last, &hash, &err), PEN_EIO);
 	assert_true(strlen(err.text) > 0);
 }
 

@@ -99,6 +99,7 @@ static struct pen_msg lease(void)
 				.sample_end = 32,
 				.scene_sha256 = {{1, 2, 3}},
 				.deadline_ms = 1000,
+				.channels = 4,
 			},
 	};
 }
@@ -150,6 +151,7 @@ static void test_lease(void **state)
 	assert_int_equal(got.u.lease.sample_end, 32);
 	assert_true(pen_sha256_equal(&got.u.lease.scene_sha256, &msg.u.lease.scene_sha256));
 	assert_int_equal(got.u.lease.deadline_ms, 1000);
+	assert_int_equal(got.u.lease.channels, 4);
 }
 
 /* As test_hello, for a result; and when one of half pixels gets through. */
@@ -392,6 +394,15 @@ static void test_lease_bounds(void **state)
 		msg.u.lease.sample_end = bounds[i].sample_end;
 		msg.u.lease.deadline_ms = bounds[i].deadline_ms;
 		if (bounds[i].good)
+			expect_pass(&msg, &got);
+		else
+			expect_refusal(&msg);
+	}
+	for (uint32_t n = PEN_CHANNELS_MIN - 1; n <= PEN_CHANNELS_MAX + 1; n++) {
+		struct pen_msg msg = lease(), got;
+
+		msg.u.lease.channels = n;
+		if (n >= PEN_CHANNELS_MIN && n <= PEN_CHANNELS_MAX)
 			expect_pass(&msg, &got);
 		else
 			expect_refusal(&msg);

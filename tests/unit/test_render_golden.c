@@ -103,7 +103,7 @@ static struct pen_scene *parse(const char *integrator)
 /* Of the image's middle: a block of sixteen samples, and four that are traced by pixels. */
 static uint64_t digest_of(enum pen_isa isa, const char *integrator)
 {
-	static float pixels[PEN_CHANNELS * 32 * 16];
+	static float pixels[PEN_CHANNELS_MIN * 32 * 16];
 	const struct pen_unit unit = {
 		.rect = {8, 8, 40, 24}, .frame = 1, .sample_first = 0, .sample_end = 20};
 	struct pen_error err = PEN_ERROR_INIT;

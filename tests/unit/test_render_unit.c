@@ -109,9 +109,9 @@ static void add_tile(float *image, struct pen_rect crop, struct pen_rect rect, c
 {
 	for (uint32_t y = rect.y0; y < rect.y1; y++)
 		for (uint32_t x = rect.x0; x < rect.x1; x++)
-			for (uint32_t c = 0; c < PEN_CHANNELS; c++)
-				image[PEN_CHANNELS * ((y - crop.y0) * pen_rect_width(crop) +
-							     (x - crop.x0)) +
+			for (uint32_t c = 0; c < PEN_CHANNELS_MIN; c++)
+				image[PEN_CHANNELS_MIN * ((y - crop.y0) * pen_rect_width(crop) +
+								 (x - crop.x0)) +
 					c] += *tile++;
 }
 
@@ -119,8 +119,8 @@ static void add_tile(float *image, struct pen_rect crop, struct pen_rect rect, c
 static float *render(const struct made *made, struct pen_rect crop, uint32_t tile_px, bool reverse)
 {
 	const uint32_t samples = made->scene->sampling.samples;
-	float *image = calloc(PEN_CHANNELS * pen_rect_area(crop), sizeof *image);
-	float *tile = calloc(PEN_CHANNELS * (size_t)tile_px * tile_px, sizeof *tile);
+	float *image = calloc(PEN_CHANNELS_MIN * pen_rect_area(crop), sizeof *image);
+	float *tile = calloc(PEN_CHANNELS_MIN * (size_t)tile_px * tile_px, sizeof *tile);
 	struct pen_tiling tiling;
 
 	assert_non_null(image);
@@ -157,14 +157,14 @@ static void check_purity(enum pen_isa isa, const char *integrator)
 	for (uint32_t tile_px = 48; tile_px <= 64; tile_px += 16) {
 		other = render(&made, whole, tile_px, true);
 		assert_memory_equal(
-			expected, other, PEN_CHANNELS * pen_rect_area(whole) * sizeof *other);
+			expected, other, PEN_CHANNELS_MIN * pen_rect_area(whole) * sizeof *other);
 		free(other);
 	}
 	cropped = render(&made, part, 32, false);
 	for (uint32_t y = part.y0; y < part.y1; y++)
-		assert_memory_equal(expected + PEN_CHANNELS * (y * 61 + part.x0),
-			cropped + PEN_CHANNELS * (y - part.y0) * pen_rect_width(part),
-			PEN_CHANNELS * pen_rect_width(part) * sizeof *cropped);
+		assert_memory_equal(expected + PEN_CHANNELS_MIN * (y * 61 + part.x0),
+			cropped + PEN_CHANNELS_MIN * (y - part.y0) * pen_rect_width(part),
+			PEN_CHANNELS_MIN * pen_rect_width(part) * sizeof *cropped);
 	free(cropped);
 	free(expected);
 	unmake(&made);
@@ -195,8 +195,8 @@ static double furnace_mean(const char *integrator, const char *material, const c
 	(void)snprintf(text, sizeof text, furnace, integrator, material, more);
 	made = make(text, pen_isa_best());
 	image = render(&made, (struct pen_rect){0, 0, 16, 16}, 16, false);
-	for (size_t i = 0; i < 16 * 16 * PEN_CHANNELS; i++)
-		sum += i % PEN_CHANNELS == 3 ? 0.0 : (double)image[i];
+	for (size_t i = 0; i < 16 * 16 * PEN_CHANNELS_MIN; i++)
+		sum += i % PEN_CHANNELS_MIN == 3 ? 0.0 : (double)image[i];
 	free(image);
 	unmake(&made);
 	return sum / (16.0 * 16.0 * 3.0 * 16.0);
@@ -225,7 +225,7 @@ static void test_counts_and_progress(void **state)
 	char text[sizeof everything + 32];
 	const struct pen_unit unit = {
 		.rect = {16, 16, 29, 25}, .frame = 1, .sample_first = 1, .sample_end = 16};
-	float pixels[13 * 9 * PEN_CHANNELS];
+	float pixels[13 * 9 * PEN_CHANNELS_MIN];
 	struct pen_render_stats stats;
 	_Atomic uint64_t progress = 0;
 	struct made made;
@@ -239,7 +239,7 @@ static void test_counts_and_progress(void **state)
 	assert_int_equal(stats.rays_dropped, 0);
 	assert_int_equal(stats.samples_black, 0);
 	assert_true(stats.rays > stats.samples);
-	for (size_t i = 3; i < sizeof pixels / sizeof *pixels; i += PEN_CHANNELS)
+	for (size_t i = 3; i < sizeof pixels / sizeof *pixels; i += PEN_CHANNELS_MIN)
 		assert_true(pixels[i] == 15.0f);
 	unmake(&made);
 }
@@ -278,8 +278,8 @@ static void test_empty_scene_is_background(void **state)
 
 	(void)state;
 	for (size_t i = 0; i < 15; i++) {
-		assert_true(image[PEN_CHANNELS * i] == 0.5f);
-		assert_true(image[PEN_CHANNELS * i + 2] == 2.0f);
+		assert_true(image[PEN_CHANNELS_MIN * i] == 0.5f);
+		assert_true(image[PEN_CHANNELS_MIN * i + 2] == 2.0f);
 	}
 	free(image);
 	unmake(&made);

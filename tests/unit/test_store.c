@@ -155,7 +155,13 @@ static struct pen_job make_job(uint64_t number, const char *text)
 		.priority = 50,
 		.width = 100,
 		.height = 60,
-		.samples = 20,
+		.sampling = {.mode = PEN_SAMPLING_ADAPTIVE,
+			.threshold = 0.3,
+			.error = 0.02,
+			.confidence = 0.9,
+			.min_samples = 8,
+			.samples = 20},
+		.aovs = PEN_AOV_DEPTH | PEN_AOV_SAMPLES,
 		.exposure = -0.1,
 		.units_total = 24,
 		.created_ms = 1700000000000 + (int64_t)number,
@@ -209,6 +215,8 @@ static void test_round_trip(void **state)
 	assert_memory_equal(&loaded->tiling, &job.tiling, sizeof job.tiling);
 	assert_memory_equal(&loaded->scene_sha256, &job.scene_sha256, sizeof job.scene_sha256);
 	assert_true(loaded->exposure == job.exposure);
+	assert_memory_equal(&loaded->sampling, &job.sampling, sizeof job.sampling);
+	assert_int_equal(loaded->aovs, job.aovs);
 	assert_int_equal(loaded->samples_done, job.samples_done);
 	assert_int_equal(loaded->restarts, 2);
 	assert_int_equal(loaded->created_ms, job.created_ms);

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_SCENE_PLANES_H
+#define PEN_SCENE_PLANES_H
+
+#include "core/base/film.h"
+#include "core/scene/desc.h"
+
+/* The film's planes (enum pen_plane) for these layers (enum pen_aov), sampled in this way. */
+static inline uint32_t pen_planes_of(uint32_t aovs, enum pen_sampling_mode mode)
+{
+	uint32_t planes = 0;
+
+	if (aovs & PEN_AOV_ALBEDO)
+		planes |= PEN_PLANE_ALBEDO;
+	if (aovs & PEN_AOV_NORMAL)
+		planes |= PEN_PLANE_NORMAL;
+	if (aovs & PEN_AOV_DEPTH)
+		planes |= PEN_PLANE_DEPTH;
+	if (mode == PEN_SAMPLING_ADAPTIVE)
+		planes |= PEN_PLANE_MOMENTS;
+	return planes;
+}
+
+/* The film of a scene's image. */
+static inline struct pen_film pen_scene_film(const struct pen_scene *scene)
+{
+	return pen_film_of(pen_planes_of(scene->image.aovs, scene->sampling.mode));
+}
+
+#endif
