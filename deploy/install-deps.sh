@@ -40,6 +40,7 @@ test_packages=(
     shellcheck                  # scripts
     spin                        # searches the model of leases and commits
     mandoc                      # manual pages
+    debootstrap lintian systemd # packages, checked and installed; units, checked
 )
 
 bench_packages=(

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Debian packages: well formed, confined, and gone without a trace when they are purged."""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import time
+
+import pytest
+from farm import ROOT
+
+BUILD = ROOT / "build/release"
+AS_ROOT = [] if os.geteuid() == 0 else ["sudo", "-n"]
+UNITS = ("penumbra.service", "penumbra-worker.service")
+
+
+def run(*command, **more):
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600, **more)
+    assert done.returncode == 0, f"{command}: {done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    """The two packages of this build, by name."""
+    where = tmp_path_factory.mktemp("packages")
+    run("cpack", "-B", where, cwd=BUILD)
+    return {path.name.split("_")[0]: path for path in where.glob("*.deb")}
+
+
+def test_lintian_finds_no_error(packages):
+    """Breaks when a file lies where Debian does not want it, or a script is unsafe."""
+    assert set(packages) == {"penumbra", "penumbra-worker"}
+    run("lintian", "--allow-root", "--fail-on", "error", *packages.values())
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_unit_is_confined(unit):
+    """Breaks when a line of the hardening is lost: the score is systemd's own, 10 is open."""
+    report = run("systemd-analyze", "security", "--offline=true", "--no-pager",
+                 ROOT / "deploy/systemd" / unit)
+    score = float(re.search(r"exposure level for \S+: ([\d.]+)", report)[1])
+    assert score <= 1.5
+
+
+def test_the_units_say_nothing_that_systemd_does_not_know(packages, tmp_path):
+    """Breaks on a misspelt key or a program that is not installed where the unit starts it."""
+    for package in packages.values():
+        run("dpkg-deb", "-x", package, tmp_path)
+    (tmp_path / "usr/share/man").rename(tmp_path / "usr/share/manuals")
+    for name in ("sysinit", "basic", "sockets", "multi-user", "shutdown", "network"):
+        (tmp_path / f"usr/lib/systemd/system/{name}.target").write_text(f"[Unit]\nDescription={name}\n")
+    found = run("systemd-analyze", "verify", "--man=no", f"--root={tmp_path}",
+                *(f"/usr/lib/systemd/system/{unit}" for unit in (*UNITS, "penumbra.socket")))
+    assert found == ""
+
+
+class Chroot:
+    """A Debian of its own, with proc and devices while it is in use."""
+
+    def __init__(self, root):
+        self.root = root
+
+    def __enter__(self):
+        run(*AS_ROOT, "debootstrap", "--variant=minbase", "bookworm", self.root, mirror())
+        for name in ("proc", "dev", "sys"):
+            run(*AS_ROOT, "mount", "--rbind", f"/{name}", self.root / name)
+            run(*AS_ROOT, "mount", "--make-rslave", self.root / name)
+        run(*AS_ROOT, "cp", "/etc/resolv.conf", self.root / "etc/resolv.conf")
+        return self
+
+    def __exit__(self, *_):
+        for name in ("proc", "dev", "sys"):
+            subprocess.run([*AS_ROOT, "umount", "-l", self.root / name], check=False)
+        run(*AS_ROOT, "rm", "-r", "--one-file-system", self.root)
+
+    def run(self, *command):
+        return run(*AS_ROOT, "chroot", self.root, "env", "DEBIAN_FRONTEND=noninteractive", *command)
+
+    def read_ports(self, seconds=30):
+        """What the coordinator says it listens on, once it does."""
+        deadline = time.monotonic() + seconds
+        while True:
+            found = subprocess.run([*AS_ROOT, "cat", self.root / "var/lib/penumbra/ports"],
+                                   capture_output=True, text=True, check=False)
+            if found.returncode == 0:
+                return json.loads(found.stdout)
+            assert time.monotonic() < deadline, found.stderr
+            time.sleep(0.05)
+
+    def serve(self):
+        """What the unit starts, as the user that it starts it as."""
+        unit = (self.root / "usr/lib/systemd/system/penumbra.service").read_text()
+        command = re.search(r"^ExecStart=(.*)$", unit, re.M)[1]
+        command = command.replace("%S", "/var/lib").replace("$PENUMBRA_OPTIONS", "")
+        return subprocess.Popen([*AS_ROOT, "chroot", str(self.root), "setpriv", "--reuid=penumbra",
+                                 "--regid=penumbra", "--clear-groups", "--no-new-privs",
+                                 *command.split(), "--listen", "127.0.0.1:0",
+                                 "--worker-listen", "127.0.0.1:0", "--processes", "1"])
+
+
+def mirror():
+    """Where this machine takes its own packages from."""
+    policy = run("apt-get", "indextargets", "--format", "$(SITE) $(CODENAME) $(COMPONENT)")
+    return next(line.split()[0] for line in policy.splitlines() if line.endswith("bookworm main"))
+
+
+def test_a_render_outlives_an_upgrade_and_a_purge_leaves_nothing(packages, tmp_path):
+    """Breaks when a dependency is missing, a script fails, or an upgrade touches the data."""
+    scene = pathlib.Path("/usr/share/doc/penumbra/examples/spiral.json")
+    with Chroot(tmp_path / "debian") as debian:
+        for package in packages.values():
+            run(*AS_ROOT, "cp", package, debian.root / "tmp")
+        files = [f"/tmp/{package.name}" for package in packages.values()]
+
+        def install():
+            debian.run("apt-get", "install", "-q", "-y", "--no-install-recommends", "--reinstall",
+                       "--allow-downgrades", *files)
+
+        def serving():
+            debian.run("rm", "-f", "/var/lib/penumbra/ports")
+            server = debian.serve()
+            return server, f"http://127.0.0.1:{debian.read_ports()['http']}"
+
+        def stop(server):
+            run(*AS_ROOT, "kill", server.pid)
+            assert server.wait(timeout=30) == 0
+
+        debian.run("apt-get", "update", "-q")
+        install()
+        # The unit's StateDirectory= makes it where systemd runs.
+        debian.run("install", "-d", "-o", "penumbra", "-g", "penumbra", "-m", "700", "/var/lib/penumbra")
+        server, url = serving()
+        identity = debian.run("penumbra", "submit", "--server", url, scene).strip()
+        debian.run("penumbra", "watch", "--server", url, identity)
+        stop(server)
+
+        install()
+        server, url = serving()
+        listed = json.loads(debian.run("penumbra", "list", "--server", url, "--json"))
+        assert [(r["id"], r["state"]) for r in listed["renders"]] == [(identity, "done")]
+        stop(server)
+
+        debian.run("dpkg", "--purge", "penumbra", "penumbra-worker")
+        left = [str(path) for place in ("etc", "usr", "var/lib/systemd")
+                for path in (debian.root / place).rglob("*penumbra*")]
+        assert left == [] and not (debian.root / "var/lib/penumbra").exists()
