@@ -2,6 +2,7 @@
 #include "core/render/geometry.h"
 
 #include "core/base/limits.h"
+#include "core/render/attributes.h"
 #include "core/render/layout.h"
 #include "core/render/light_shape.h"
 
@@ -120,7 +121,8 @@ static int add_mesh(
 	}
 	if (pen_layout_add_indices(l, mesh->u.mesh.indices, model.count, model.vertex_first,
 		    pen_affine_determinant(world) < 0.0) < 0 ||
-		add_normals(l, mesh, world, &model) < 0)
+		add_normals(l, mesh, world, &model) < 0 ||
+		pen_attributes_add(l, mesh, world, &model) < 0)
 		return PEN_ELIMIT;
 	return pen_layout_add_model(l, &model, ret_model);
 }
@@ -429,6 +431,9 @@ void pen_geometry_finish(struct pen_geometry *geometry)
 {
 	free(geometry->vertices);
 	free(geometry->normals);
+	free(geometry->uvs);
+	free(geometry->colors);
+	free(geometry->tangents);
 	free(geometry->indices);
 	free(geometry->spheres);
 	free(geometry->disks);

@@ -29,6 +29,8 @@ struct pen_model {
 	uint32_t vertex_count;	/* of a step */
 	uint32_t step_count;	/* of vertices or spheres; 1 = rigid */
 	uint32_t normal_offset; /* from a vertex to its normal, modulo 2^32; PEN_NO_INDEX: flat */
+	/* Likewise to what else there may be; PEN_NO_INDEX: nothing. */
+	uint32_t uv_offsets[2], color_offset, tangent_offset;
 };
 
 /* One entry for each geometry of the top Embree scene, in the order of its ids. */
@@ -48,6 +50,9 @@ struct pen_disk {
 struct pen_geometry {
 	float *vertices;   /* 3 each, world or own coordinates */
 	float *normals;	   /* 3 each, unit, of meshes that have them */
+	float *uvs;	   /* 2 each, of both sets */
+	float *colors;	   /* 4 each, linear */
+	float *tangents;   /* 4 each: unit, and the sign of normal x tangent */
 	uint32_t *indices; /* 3 a triangle, counted from the first vertex of the pool */
 	struct pen_sphere *spheres;
 	struct pen_disk *disks;

@@ -3,12 +3,13 @@
 
 #include "core/base/limits.h"
 
-#define POOL_COUNT 8
+#define POOL_COUNT 11
 
 static void list_pools(struct pen_layout *l, struct pen_buf *ret_pools[POOL_COUNT])
 {
-	struct pen_buf *const pools[POOL_COUNT] = {&l->vertices, &l->normals, &l->indices,
-		&l->spheres, &l->disks, &l->placements, &l->models, &l->shapes};
+	struct pen_buf *const pools[POOL_COUNT] = {&l->vertices, &l->normals, &l->uvs, &l->colors,
+		&l->tangents, &l->indices, &l->spheres, &l->disks, &l->placements, &l->models,
+		&l->shapes};
 
 	for (int i = 0; i < POOL_COUNT; i++)
 		ret_pools[i] = pools[i];
@@ -45,6 +46,9 @@ void pen_layout_take(struct pen_layout *l, struct pen_geometry *ret_geometry)
 	};
 	ret_geometry->vertices = (float *)(void *)pen_buf_take(&l->vertices);
 	ret_geometry->normals = (float *)(void *)pen_buf_take(&l->normals);
+	ret_geometry->uvs = (float *)(void *)pen_buf_take(&l->uvs);
+	ret_geometry->colors = (float *)(void *)pen_buf_take(&l->colors);
+	ret_geometry->tangents = (float *)(void *)pen_buf_take(&l->tangents);
 	ret_geometry->indices = (uint32_t *)(void *)pen_buf_take(&l->indices);
 	ret_geometry->spheres = (struct pen_sphere *)(void *)pen_buf_take(&l->spheres);
 	ret_geometry->disks = (struct pen_disk *)(void *)pen_buf_take(&l->disks);

@@ -12,7 +12,8 @@
 struct pen_layout {
 	const struct pen_scene *scene;
 	struct pen_shutter shutter;
-	struct pen_buf vertices, normals, indices, spheres, disks, placements, models, shapes;
+	struct pen_buf vertices, normals, uvs, colors, tangents, indices, spheres, disks,
+		placements, models, shapes;
 	uint32_t *own_models; /* of each object, unplaced; PEN_NO_INDEX: not made yet */
 	struct pen_error *err;
 };

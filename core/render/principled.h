@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_PRINCIPLED_H
+#define PEN_RENDER_PRINCIPLED_H
+
+#include "core/render/bsdf.h"
+
+/*
+ * principled: glTF 2.0's metallic-roughness model (its appendix B) with KHR_materials_ior,
+ * _transmission and _clearcoat, per lane:
+ *
+ *   coat(mix(fresnel_mix(mix(diffuse, transmission), specular), conductor, metallic), specular)
+ *
+ * GGX with separable Smith masking, and Schlick's Fresnel term at the half vector. Two things are
+ * decided here, see deploy/decisions/0007-principled.md: transmission through a closed mesh
+ * refracts, by the exact Fresnel term; and what the specular layer returns of a white world is
+ * never given to the diffuse base as well, which near grazing glTF's mix would do.
+ */
+
+struct pen_principled {
+	struct pen_vec3 color;
+	float alpha; /* >= PEN_ALPHA_MIN */
+	float eta;   /* as of glass; of what is solid */
+	float f0;
+	float metallic, transmission;
+	int is_solid; /* transmission refracts; else it goes straight through a thin wall */
+	float albedo; /* of the specular layer of a dielectric, seen from wo */
+	float coat;   /* strength */
+	float coat_alpha;
+	struct pen_vec3 coat_normal;
+};
+
+/* bsdf * |cos| by parts, and densities of the lobes by themselves. */
+struct pen_principled_value {
+	struct pen_vec3 diffuse, others;
+	float diffuse_pdf, specular_pdf, transmission_pdf, coat_pdf;
+};
+
+/* How likely each lobe is sampled: their sum is 1. */
+struct pen_principled_chances {
+	float coat, specular, transmission, diffuse;
+};
+
+PEN_LANE float pen_schlick_weight(float c)
+{
+	const float m = 1.0f - pen_clamp(c, 0.0f, 1.0f);
+	const float m2 = m * m;
+
+	return m2 * m2 * m;
+}
+
+PEN_LANE float pen_brightest(struct pen_vec3 v)
+{
+	return pen_max(pen_max(v.x, v.y), v.z);
+}
+
+/* Reflectance of the dielectric at a cosine. */
+PEN_LANE float pen_principled_fresnel(const struct pen_principled *p, float c)
+{
+	const float schlick = p->f0 + (1.0f - p->f0) * pen_schlick_weight(c);
+	const float exact = pen_fresnel(pen_clamp(c, 0.0f, 1.0f), p->eta);
+
+	return p->is_solid ? schlick + p->transmission * (exact - schlick) : schlick;
+}
+
+/* How much the coat takes from what is below it, by the view alone, as glTF has it. */
+PEN_LANE float pen_coat_share(const struct pen_principled *p, struct pen_vec3 wo)
+{
+	const float c = fabsf(pen_dot(p->coat_normal, wo));
+
+	return p->coat * (0.04f + 0.96f * pen_schlick_weight(c));
+}
+
+/* The other side of the surface: where light through a thin wall would have been reflected to. */
+PEN_LANE struct pen_vec3 pen_flip(struct pen_vec3 w, struct pen_vec3 n)
+{
+	return pen_madd(w, -2.0f * pen_dot(w, n), n);
+}
+
+/* Refraction alone through facets on wo's side; without the Fresnel term. wi below. */
+PEN_LANE struct pen_lobe_value pen_refraction_eval(
+	float alpha, float eta, struct pen_vec3 n, struct pen_vec3 wo, struct pen_vec3 wi)
+{
+	const struct pen_basis basis = pen_basis(n);
+	const struct pen_vec3 o = pen_ggx_local(&basis, wo);
+	const struct pen_vec3 i = pen_to_local(&basis, wi);
+	const struct pen_vec3 half = pen_normalize(pen_madd(o, eta, i));
+	const struct pen_vec3 m = half.z < 0.0f ? pen_neg(half) : half;
+	const float dot_o = pen_dot(o, m);
+	const float dot_i = pen_dot(i, m);
+	const bool possible = dot_o > 0.0f && dot_i < 0.0f && i.z < 0.0f;
+	const float safe_o = pen_max(dot_o, 1e-7f);
+	const float visible =
+		2.0f * safe_o * pen_ggx_density(alpha, m) / (o.z + pen_ggx_stretch(alpha, o.z));
+	const float pdf = possible ? visible * pen_refract_jacobian(safe_o, dot_i, eta) : 0.0f;
+
+	return (struct pen_lobe_value){
+		.value = pdf * pen_ggx_masking(alpha, fabsf(i.z)) *
+			 (1.0f - pen_fresnel(pen_min(safe_o, 1.0f), eta)),
+		.pdf = pdf,
+	};
+}
+
+PEN_LANE struct pen_principled_chances pen_principled_chances(
+	const struct pen_principled *p, struct pen_vec3 n, struct pen_vec3 wo, float diffuse_max)
+{
+	const float c = pen_max(pen_dot(n, wo), 0.0f);
+	const float dielectric = 1.0f - p->metallic;
+	const float bright = pen_brightest(p->color);
+	const float fresnel = pen_principled_fresnel(p, c);
+	const float metal = bright + (1.0f - bright) * pen_schlick_weight(c);
+	const float layer = pen_max(fresnel, p->albedo);
+	const float coat = pen_coat_share(p, wo);
+	const float specular = dielectric * layer + p->metallic * metal;
+	const float through = dielectric * p->transmission * (1.0f - fresnel) * bright;
+	const float diffuse = dielectric * (1.0f - p->transmission) * (1.0f - p->albedo) * bright;
+	const float below = 1.0f - coat;
+	const float sum = pen_max(coat + below * (specular + through + diffuse), PEN_TINY);
+	const float diffuse_chance = pen_min(below * diffuse / sum, diffuse_max);
+	const float others = coat + below * (specular + through);
+	const float rest = (1.0f - diffuse_chance) / pen_max(others, PEN_TINY);
+
+	return (struct pen_principled_chances){
+		.coat = coat * rest,
+		.specular = below * specular * rest,
+		.transmission = below * through * rest,
+		.diffuse = diffuse_chance,
+	};
+}
+
+PEN_LANE struct pen_principled_value pen_principled_eval(
+	const struct pen_principled *p, struct pen_vec3 n, struct pen_vec3 wo, struct pen_vec3 wi)
+{
+	const bool up = pen_dot(n, wi) > 0.0f;
+	const struct pen_vec3 mirrored = up ? wi : pen_flip(wi, n);
+	const float half_cos = pen_min(0.5f * pen_length(pen_add(wo, mirrored)), 1.0f);
+	const float schlick = pen_schlick_weight(half_cos);
+	const float fresnel = pen_principled_fresnel(p, half_cos);
+	const float dielectric = 1.0f - p->metallic;
+	const struct pen_lobe_value facet = pen_glossy_eval(p->alpha, n, wo, mirrored);
+	const struct pen_lobe_value bent = pen_refraction_eval(p->alpha, p->eta, n, wo, wi);
+	const struct pen_lobe_value coat = pen_glossy_eval(p->coat_alpha, p->coat_normal, wo, wi);
+	const struct pen_lobe_value base = pen_matte_eval(n, wi);
+	const float coat_share = pen_coat_share(p, wo);
+	const float below = 1.0f - coat_share;
+	const float to_base = pen_min(1.0f - fresnel, 1.0f - p->albedo);
+	const float diffuse = below * dielectric * (1.0f - p->transmission) * to_base * base.value;
+	const float thin = up ? 0.0f : facet.value * (1.0f - fresnel);
+	const float through =
+		below * dielectric * p->transmission * (p->is_solid ? bent.value : thin);
+	const float gloss = up ? below * facet.value : 0.0f;
+	const float white =
+		gloss * (dielectric * fresnel + p->metallic * schlick) + coat_share * coat.value;
+	const float tinted = gloss * p->metallic * (1.0f - schlick) + through;
+
+	return (struct pen_principled_value){
+		.diffuse = pen_scale(p->color, diffuse),
+		.others = {white + tinted * p->color.x, white + tinted * p->color.y,
+			white + tinted * p->color.z},
+		.diffuse_pdf = base.pdf,
+		.specular_pdf = up ? facet.pdf : 0.0f,
+		.transmission_pdf = p->is_solid ? bent.pdf
+				    : up	? 0.0f
+						: facet.pdf,
+		.coat_pdf = coat.pdf,
+	};
+}
+
+/* The density of all lobes together, but for the diffuse one when it is not followed. */
+PEN_LANE float pen_principled_pdf(const struct pen_principled_value *value,
+	const struct pen_principled_chances *chances, bool follows_diffuse)
+{
+	const float diffuse = follows_diffuse ? chances->diffuse * value->diffuse_pdf : 0.0f;
+
+	return chances->coat * value->coat_pdf + chances->specular * value->specular_pdf +
+	       chances->transmission * value->transmission_pdf + diffuse;
+}
+
+/*
+ * A direction of a lobe that choice in [0,1) picks; the zero vector for a diffuse lobe that is not
+ * followed and for directions that are lost. Weigh it by pen_principled_eval.
+ */
+PEN_LANE struct pen_vec3 pen_principled_sample(const struct pen_principled *p,
+	const struct pen_principled_chances *chances, struct pen_vec3 n, struct pen_vec3 wo,
+	float u, float v, float choice, bool follows_diffuse)
+{
+	const int is_coat = choice < chances->coat;
+	const float above_coat = choice - chances->coat;
+	const int is_specular = !is_coat & (above_coat < chances->specular);
+	const float above_specular = above_coat - chances->specular;
+	const int is_through = !is_coat & !is_specular & (above_specular < chances->transmission);
+	const int is_diffuse = !is_coat & !is_specular & !is_through;
+	const struct pen_vec3 normal = is_coat ? p->coat_normal : n;
+	const float alpha = is_coat ? p->coat_alpha : p->alpha;
+	const struct pen_lobe facet = pen_glossy_sample(alpha, normal, wo, u, v);
+	const struct pen_lobe base = pen_matte_sample(n, u, v);
+	const struct pen_basis basis = pen_basis(n);
+	const struct pen_vec3 o = pen_ggx_local(&basis, wo);
+	const struct pen_vec3 m = pen_ggx_sample(p->alpha, o, 1.0f, u, v);
+	const struct pen_vec3 bent = pen_to_world(&basis, pen_refract(o, m, p->eta));
+	const bool possible = pen_fresnel(pen_clamp(pen_dot(o, m), 0.0f, 1.0f), p->eta) < 1.0f;
+	const struct pen_vec3 nowhere = {0.0f, 0.0f, 0.0f};
+	const struct pen_vec3 reflected = facet.weight > 0.0f ? facet.direction : nowhere;
+	const struct pen_vec3 solid = possible ? bent : nowhere;
+	const struct pen_vec3 through = p->is_solid ? solid : pen_flip(reflected, n);
+	const struct pen_vec3 diffuse = follows_diffuse ? base.direction : nowhere;
+
+	return is_diffuse ? diffuse : is_through ? through : reflected;
+}
+
+#endif
