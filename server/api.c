@@ -27,6 +27,7 @@ static const struct route {
 	{"/v1/renders", PEN_POST, pen_api_submit},
 	{"/v1/workers", PEN_GET, pen_api_workers},
 	{"/v1/farm", PEN_GET, pen_api_farm},
+	{"/metrics", PEN_GET, pen_api_metrics},
 	{"/livez", PEN_GET, pen_api_livez},
 	{"/readyz", PEN_GET, pen_api_readyz},
 	{"/", PEN_GET, pen_api_root},

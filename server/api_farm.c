@@ -2,6 +2,7 @@
 #include "server/api_farm.h"
 
 #include "core/base/clock.h"
+#include "server/metrics.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -69,6 +70,27 @@ static void answer_text(struct pen_exchange *exchange, unsigned status, const ch
 	answer.content_type = "text/plain; charset=utf-8";
 	answer.text = strdup(text);
 	answer.size = answer.text ? strlen(text) : 0;
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_metrics(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const struct pen_api *api = exchange->api;
+	struct pen_answer answer;
+	struct pen_buf text;
+
+	(void)parameters;
+	pen_buf_init(&text, PEN_METRICS_BYTES_MAX);
+	if (pen_metrics_write(api->farm, api->jobs, &text) < 0) {
+		pen_buf_finish(&text);
+		pen_exchange_problem(exchange, 500, "there is no memory for the metrics");
+		return;
+	}
+	pen_answer_init(&answer, 200);
+	answer.content_type = "text/plain; version=0.0.4; charset=utf-8";
+	answer.size = text.size;
+	answer.text = pen_buf_take(&text);
 	pen_answer_field(&answer, "Cache-Control", "no-store");
 	pen_exchange_answer(exchange, &answer);
 }

@@ -39,6 +39,7 @@ struct pen_farm {
 	struct worker *workers;	     /* in order of connecting */
 	uint32_t count;
 	uint64_t id_last;
+	struct pen_farm_totals totals;
 	int64_t tick_ms;
 };
 
@@ -142,8 +143,13 @@ static void send_scene(struct worker *worker, const struct pen_sha256 *sha256)
 
 static void note_outcome(struct worker *worker, enum pen_dispatch_outcome outcome, uint64_t samples)
 {
+	struct pen_farm_totals *totals = &worker->farm->totals;
+
 	if (outcome == PEN_OUTCOME_GONE)
 		return;
+	totals->units += outcome == PEN_OUTCOME_GOOD;
+	totals->failures += outcome == PEN_OUTCOME_BAD;
+	totals->samples += samples;
 	worker->shown.leases--;
 	worker->shown.strikes += outcome == PEN_OUTCOME_BAD;
 	worker->shown.units_done += outcome == PEN_OUTCOME_GOOD;
@@ -422,6 +428,14 @@ const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t aft
 		if (worker->shown.id > after && (!best || worker->shown.id < best->id))
 			best = &worker->shown;
 	return best;
+}
+
+struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm)
+{
+	struct pen_farm_totals totals = farm->totals;
+
+	totals.welcomed = farm->id_last;
+	return totals;
 }
 
 uint64_t pen_farm_queue_depth(const struct pen_farm *farm)

@@ -52,6 +52,14 @@ struct pen_worker {
 /* In order of id: the first with id > after (0: of all); NULL at the end. */
 const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t after);
 
+/* Since the coordinator began, over all workers, also those that have gone. */
+struct pen_farm_totals {
+	uint64_t units, samples; /* whose pixels were taken */
+	uint64_t failures;	 /* leases that ended by the worker's or the unit's fault */
+	uint64_t welcomed;	 /* workers */
+};
+struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm);
+
 /* Units that could be leased now, and why they wait: "" when none do, else a sentence. */
 uint64_t pen_farm_queue_depth(const struct pen_farm *farm);
 const char *pen_farm_why_waiting(const struct pen_farm *farm);

@@ -35,8 +35,8 @@
 /* Pictures: what an encoded image may unfold to */
 #define PEN_PICTURE_SIDE_MAX	 16384u
 #define PEN_PICTURE_PIXELS_MAX	 (1u << 26)
-#define PEN_PICTURE_CHANNELS_MAX 64u	    /* that are stored; four are read */
-#define PEN_PICTURE_SCANS_MAX	 64u	    /* of a JPEG */
+#define PEN_PICTURE_CHANNELS_MAX 64u	     /* that are stored; four are read */
+#define PEN_PICTURE_SCANS_MAX	 64u	     /* of a JPEG */
 #define PEN_PICTURES_BYTES_MAX	 (2ul << 30) /* decoded, all of a scene with their averages */
 
 /* Tiles and rounds */
@@ -80,6 +80,7 @@
 #define PEN_HTTP_IDLE_S		 15u
 #define PEN_HTTP_DRAIN_MAX	 (1ull << 30) /* bytes read past an early answer */
 #define PEN_HTTP_DRAIN_MS	 30000
+#define PEN_METRICS_BYTES_MAX	 (1u << 20)
 #define PEN_EXPOSURE_MAX	 64.0
 
 /* Encoded images */
