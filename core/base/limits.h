@@ -22,7 +22,8 @@
 #define PEN_IMAGE_SIDE_MAX     16384u
 #define PEN_IMAGE_PIXELS_MAX   134217728u
 #define PEN_SAMPLES_MAX	       65536u
-#define PEN_JOB_SAMPLES_MAX    (1ull << 40)
+#define PEN_FRAME_SAMPLES_MAX  (1ull << 40)
+#define PEN_JOB_SAMPLES_MAX    (1ull << 50) /* of all frames; JSON numbers hold them exactly */
 #define PEN_DEPTH_MAX	       64u
 #define PEN_WHITTED_DEPTH_MAX  12u
 #define PEN_OBJECTS_MAX	       65536u
@@ -30,6 +31,13 @@
 #define PEN_KEYFRAMES_MAX      4096u
 #define PEN_BLADES_MAX	       32u
 #define PEN_FILTER_WIDTH_MAX   32.0
+#define PEN_ASSETS_MAX	       4096u /* mentions of files in a scene text */
+#define PEN_TEXTURES_MAX       2048u
+#define PEN_PATTERN_MAX	       16u /* side of a block of pixels */
+#define PEN_FRAMES_MAX	       100000u
+#define PEN_FRAME_NUMBER_MAX   1000000u
+#define PEN_FRAME_RATE_MIN     0.001
+#define PEN_FRAME_RATE_MAX     1000.0
 #define PEN_GEOMETRY_BYTES_MAX (4ul << 30) /* of one kind: vertices, indices, … */
 
 /* Pictures: what an encoded image may unfold to */

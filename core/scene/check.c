@@ -128,14 +128,24 @@ static bool opposite_views(const struct pen_camera_key *a, const struct pen_came
 	return trace + 1 < 4 * ANGLE_EPSILON * ANGLE_EPSILON;
 }
 
-/* A key takes what it leaves out from the camera. */
-static void inherit(struct pen_reader *reader, json_t *camera, json_t *key, const char *name,
-	const double *from, double *to)
+/* A key takes what it leaves out from the camera, or from to, when that has a good default. */
+static void inherit(struct pen_reader *reader, const struct pen_place *at, json_t *camera,
+	json_t *key, const char *name, const double *from, double *to)
 {
+	json_t *value = json_object_get(camera, name);
+	const struct pen_place member = pen_place_member(at, key, name);
+
 	if (json_object_get(key, name))
 		return;
+	if (!value && strcmp(name, "up") != 0) {
+		pen_reader_refuse(reader, &member,
+			"is missing: the camera, which is from a glTF, has none that a key could "
+			"take");
+		return;
+	}
 	memcpy(to, from, 3 * sizeof *to);
-	pen_reader_fill(reader, key, name, json_incref(json_object_get(camera, name)));
+	pen_reader_fill(reader, key, name,
+		value ? json_incref(value) : json_pack("[f, f, f]", to[0], to[1], to[2]));
 }
 
 static void check_camera_keys(struct pen_reader *reader, const struct pen_place *at, json_t *camera,
@@ -150,9 +160,11 @@ static void check_camera_keys(struct pen_reader *reader, const struct pen_place 
 		json_t *key = json_array_get(list, i);
 		struct pen_camera_key *k = &d->keys[i];
 
-		inherit(reader, camera, key, "position", d->position, k->position);
-		inherit(reader, camera, key, "look_at", d->look_at, k->look_at);
-		inherit(reader, camera, key, "up", d->up, k->up);
+		inherit(reader, &element, camera, key, "position", d->position, k->position);
+		inherit(reader, &element, camera, key, "look_at", d->look_at, k->look_at);
+		inherit(reader, &element, camera, key, "up", d->up, k->up);
+		if (reader->found > found)
+			continue;
 		check_view(reader, &element, key, k->position, k->look_at, k->up);
 	}
 	pen_check_times(reader, &place, list, d->keys, sizeof *d->keys);
@@ -166,21 +178,138 @@ static void check_camera_keys(struct pen_reader *reader, const struct pen_place 
 	}
 }
 
+static const struct camera_default {
+	const char *key;
+	enum pen_camera_given bit;
+	size_t offset;
+	size_t count;
+	double value[3];
+} camera_defaults[] = {
+	{"position", PEN_CAMERA_POSITION, offsetof(struct pen_camera_desc, position), 3,
+		{0, 2, 10}},
+	{"look_at", PEN_CAMERA_LOOK_AT, offsetof(struct pen_camera_desc, look_at), 3, {0, 0, 0}},
+	{"up", PEN_CAMERA_UP, offsetof(struct pen_camera_desc, up), 3, {0, 1, 0}},
+	{"horizontal_fov", PEN_CAMERA_FOV, offsetof(struct pen_camera_desc, horizontal_fov), 1,
+		{50}},
+};
+
+enum { CAMERA_DEFAULTS = sizeof camera_defaults / sizeof *camera_defaults };
+
+/* What the tree's camera says of itself. */
+static uint32_t find_given(const json_t *camera)
+{
+	uint32_t given = json_object_get(camera, "focus_distance") ? PEN_CAMERA_FOCUS : 0;
+
+	for (size_t i = 0; i < CAMERA_DEFAULTS; i++)
+		if (json_object_get(camera, camera_defaults[i].key))
+			given |= camera_defaults[i].bit;
+	if (json_array_size(json_object_get(camera, "keyframes")) > 0)
+		given |= PEN_CAMERA_KEYS;
+	return given;
+}
+
+static void complete_camera(
+	struct pen_reader *reader, json_t *camera, bool is_of_gltf, struct pen_camera_desc *d)
+{
+	double view[3];
+
+	for (size_t i = 0; i < CAMERA_DEFAULTS; i++) {
+		const struct camera_default *def = &camera_defaults[i];
+		const double *v = def->value;
+
+		if (d->given & def->bit)
+			continue;
+		memcpy((char *)d + def->offset, v, def->count * sizeof *v);
+		if (!is_of_gltf)
+			pen_reader_fill(reader, camera, def->key,
+				def->count == 1 ? json_real(v[0])
+						: json_pack("[f, f, f]", v[0], v[1], v[2]));
+	}
+	if (d->given & PEN_CAMERA_FOCUS)
+		return;
+	subtract(d->look_at, d->position, view);
+	d->focus_distance = fmin(length(view), PEN_COORDINATE_MAX);
+	if (!is_of_gltf)
+		pen_reader_fill(reader, camera, "focus_distance", json_real(d->focus_distance));
+}
+
 void pen_check_camera(
 	struct pen_reader *reader, const struct pen_place *at, json_t *camera, void *desc)
 {
+	const uint32_t view = PEN_CAMERA_POSITION | PEN_CAMERA_LOOK_AT;
 	struct pen_camera_desc *d = desc;
-	double view[3];
+	bool is_of_gltf;
 
+	d->given = find_given(camera);
+	is_of_gltf = d->from || (reader->has_gltf && (d->given | PEN_CAMERA_FOCUS) == PEN_CAMERA_FOCUS);
+	if (d->from && !reader->has_gltf)
+		refuse_member(reader, at, camera, "from",
+			"names a camera of a glTF, but no object of this scene is one");
 	if (d->blades == 1 || d->blades == 2)
 		refuse_member(reader, at, camera, "blades", "must be 0, or 3 and more");
-	if (!json_object_get(camera, "focus_distance")) {
-		subtract(d->look_at, d->position, view);
-		d->focus_distance = fmin(length(view), PEN_COORDINATE_MAX);
-		pen_reader_fill(reader, camera, "focus_distance", json_real(d->focus_distance));
-	}
-	check_view(reader, at, camera, d->position, d->look_at, d->up);
+	complete_camera(reader, camera, is_of_gltf, d);
+	d->given = find_given(camera);
+	if ((d->given & view) == view)
+		check_view(reader, at, camera, d->position, d->look_at, d->up);
 	check_camera_keys(reader, at, camera, d);
+}
+
+void pen_check_adaptive(
+	struct pen_reader *reader, const struct pen_place *at, json_t *sampling, void *desc)
+{
+	static const uint32_t usual = 16;
+	struct pen_sampling_desc *d = desc;
+
+	if (!json_object_get(sampling, "min_samples")) {
+		d->min_samples = d->samples < usual ? d->samples : usual;
+		pen_reader_fill(
+			reader, sampling, "min_samples", json_integer((json_int_t)d->min_samples));
+	}
+	if (d->min_samples > d->samples)
+		refuse_member(reader, at, sampling, "min_samples", "must not be more than samples");
+}
+
+void pen_check_background(
+	struct pen_reader *reader, const struct pen_place *at, json_t *background, void *desc)
+{
+	struct pen_background_desc *d = desc;
+	const bool has_image = d->picture != PEN_NO_INDEX;
+
+	if (has_image && json_object_get(background, "color"))
+		refuse_member(reader, at, background, "color",
+			"is of a background without an image: leave out one of them");
+	if (!has_image && json_object_get(background, "intensity"))
+		refuse_member(
+			reader, at, background, "intensity", "is of an image, and there is none");
+	if (!has_image && json_object_get(background, "rotation"))
+		refuse_member(
+			reader, at, background, "rotation", "is of an image, and there is none");
+	if (!has_image) {
+		if (!json_object_get(background, "color"))
+			pen_reader_fill(
+				reader, background, "color", json_pack("[i, i, i]", 0, 0, 0));
+		return;
+	}
+	if (!json_object_get(background, "intensity")) {
+		d->intensity = 1;
+		pen_reader_fill(reader, background, "intensity", json_integer(1));
+	}
+	if (!json_object_get(background, "rotation"))
+		pen_reader_fill(reader, background, "rotation", json_integer(0));
+}
+
+void pen_check_frames(
+	struct pen_reader *reader, const struct pen_place *at, json_t *frames, void *desc)
+{
+	const struct pen_frames_desc *d = desc;
+
+	if (d->last < d->first)
+		refuse_member(reader, at, frames, "last", "must not be before first");
+	else if (d->last - d->first >= PEN_FRAMES_MAX)
+		pen_reader_refuse(reader, at, "must not be more than %u frames", PEN_FRAMES_MAX);
+	else if (d->last > 1 + PEN_TIME_MAX * d->fps)
+		refuse_member(
+			reader, at, frames, "fps", "must be higher: the last frame is past 1e6 s");
 }
 
 void pen_check_pose(struct pen_reader *reader, const struct pen_place *at, json_t *pose, void *desc)
@@ -319,11 +448,18 @@ void pen_check_scene(struct pen_reader *reader, const struct pen_place *at, json
 	const struct pen_scene *scene = reader->scene;
 	struct pen_rect full = {0, 0, scene->image.width, scene->image.height};
 	struct pen_place sampling = pen_place_member(at, tree, "sampling");
+	/* No factor is above 2^28, 2^16 and 2^20: the products fit. */
+	const uint64_t samples = pen_rect_area(full) * scene->sampling.samples;
+	const uint64_t frames = 1ull + scene->frames.last - scene->frames.first;
 
-	/* Neither factor is above 2^28 and 2^16: the product fits. */
-	if (pen_rect_area(full) * scene->sampling.samples > PEN_JOB_SAMPLES_MAX)
+	if (samples > PEN_FRAME_SAMPLES_MAX)
 		refuse_member(reader, &sampling, json_object_get(tree, "sampling"), "samples",
 			"must be less: the pixels times the samples must not pass 2^40");
+	else if (scene->frames.last >= scene->frames.first &&
+		 samples * frames > PEN_JOB_SAMPLES_MAX)
+		refuse_member(reader, &sampling, json_object_get(tree, "sampling"), "samples",
+			"must be less: the pixels of all frames times the samples must not pass "
+			"2^50");
 	if (reader->values > PEN_SCENE_NODES_MAX)
 		pen_reader_refuse(reader, at, "has more than %u values with its defaults filled in",
 			PEN_SCENE_NODES_MAX);

@@ -13,8 +13,17 @@ void pen_check_image(
 	struct pen_reader *reader, const struct pen_place *at, json_t *image, void *desc);
 void pen_check_shutter(
 	struct pen_reader *reader, const struct pen_place *at, json_t *shutter, void *camera_desc);
+
+/* Completes the camera as well, unless it is one of a glTF's, which is not known here. */
 void pen_check_camera(
 	struct pen_reader *reader, const struct pen_place *at, json_t *camera, void *desc);
+
+void pen_check_adaptive(
+	struct pen_reader *reader, const struct pen_place *at, json_t *sampling, void *desc);
+void pen_check_background(
+	struct pen_reader *reader, const struct pen_place *at, json_t *background, void *desc);
+void pen_check_frames(
+	struct pen_reader *reader, const struct pen_place *at, json_t *frames, void *desc);
 
 /* Normalises the rotation too. */
 void pen_check_pose(

@@ -125,6 +125,8 @@ static void read_list(struct pen_reader *reader, const struct pen_place *at, jso
 	for (size_t i = 0; elements && i < count; i++) {
 		struct pen_place element = pen_place_element(at, i);
 
+		if (list->blank)
+			memcpy(elements + i * list->size, list->blank, list->size);
 		if (list->variants)
 			pen_variant_read(reader, &element, json_array_get(value, i), list->variants,
 				elements + i * list->size);
@@ -157,7 +159,6 @@ static void read_field(struct pen_reader *reader, const struct pen_place *at, js
 	case PEN_KIND_VARIANT: pen_variant_read(reader, at, value, field->variants, out); break;
 	case PEN_KIND_LIST: read_list(reader, at, value, field, desc); break;
 	case PEN_KIND_READ: field->read(reader, at, value, out); break;
-	case PEN_KIND_LATER: pen_reader_refuse(reader, at, "not supported yet"); break;
 	}
 }
 
@@ -269,7 +270,7 @@ static void read_members(struct pen_reader *reader, const struct pen_place *at, 
 			read_field(reader, &member, value, field, desc);
 		else
 			refuse_key(reader, &member, table->fields);
-		if (!field || field->kind == PEN_KIND_LATER)
+		if (!field)
 			found++; /* leaves the rest fit for the check */
 	}
 	if (pen_reader_sound(reader))
@@ -310,11 +311,6 @@ void pen_variant_read(struct pen_reader *reader, const struct pen_place *at, jso
 	item = name ? find_variant(reader, &tag, name, variants->items) : NULL;
 	if (!item)
 		return;
-	if (!item->table) {
-		pen_reader_refuse(reader, &tag, "not supported yet");
-		return;
-	}
-	if (variants->offset != PEN_NOWHERE)
-		*(unsigned *)(void *)((char *)desc + variants->offset) = item->value;
+	*(unsigned *)(void *)((char *)desc + variants->offset) = item->value;
 	read_members(reader, at, value, item->table, variants->tag, desc);
 }

@@ -21,8 +21,7 @@ enum pen_kind {
 	PEN_KIND_TABLE,	  /* object with the members of table, described in place */
 	PEN_KIND_VARIANT, /* object whose tag member chooses the table */
 	PEN_KIND_LIST,	  /* array of objects: the address of the first, and their number */
-	PEN_KIND_READ,	  /* whatever read makes of it */
-	PEN_KIND_LATER	  /* in the format, but not offered yet */
+	PEN_KIND_READ	  /* whatever read makes of it */
 };
 
 /* Reads or checks a value; desc is what the row's table describes, at the row's offset. */
@@ -58,24 +57,26 @@ struct pen_table {
 struct pen_variant {
 	const char *name; /* NULL ends the list */
 	unsigned value;
-	const struct pen_table *table; /* NULL: in the format, but not offered yet */
+	const struct pen_table *table;
 };
-
-#define PEN_NOWHERE SIZE_MAX
 
 struct pen_variants {
 	const char *tag;
 	const char *fallback; /* the default's name, or PEN_REQUIRED */
-	size_t offset;	      /* of the enum, or PEN_NOWHERE */
+	size_t offset;	      /* of the enum */
 	const struct pen_variant *items;
 };
 
-/* At most max elements of size bytes, each described by table or else by variants. */
+/*
+ * At most max elements of size bytes, each described by table or else by variants, and before that
+ * a copy of blank, or zero.
+ */
 struct pen_list {
 	size_t size, max;
 	size_t count_offset; /* of a uint32_t in the description that has the array's address */
 	const struct pen_table *table;
 	const struct pen_variants *variants;
+	const void *blank;
 };
 
 void pen_table_read(struct pen_reader *reader, const struct pen_place *at, json_t *value,

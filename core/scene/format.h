@@ -7,4 +7,12 @@
 /* The whole scene format, version 1: the members of a scene, describing a struct pen_scene. */
 extern const struct pen_table pen_format_scene;
 
+/* Its larger members; the two that have names as keys describe a struct pen_scene. */
+extern const struct pen_list pen_format_objects;
+extern const struct pen_list pen_format_lights;
+void pen_format_read_textures(
+	struct pen_reader *reader, const struct pen_place *at, json_t *value, void *desc);
+void pen_format_read_materials(
+	struct pen_reader *reader, const struct pen_place *at, json_t *value, void *desc);
+
 #endif

@@ -45,6 +45,9 @@ int pen_scene_parse(json_t *tree, struct pen_scene **ret_scene, struct pen_scene
 	if (!scene)
 		return pen_error_memory(err);
 	pen_arena_init(&scene->arena, PEN_SCENE_MEMORY_MAX);
+	scene->camera.node = PEN_NO_INDEX;
+	scene->background.picture = PEN_NO_INDEX;
+	scene->frames = (struct pen_frames_desc){.first = 1, .last = 1, .fps = 24};
 	r = read_scene(scene, tree, errors, err);
 	if (r < 0)
 		pen_scene_destroy(scene);

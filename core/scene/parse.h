@@ -29,7 +29,7 @@ struct pen_scene_errors {
  * Reads a scene tree. Fills the tree's absent members with their defaults, so that
  * pen_json_canonical(tree) afterwards is the whole of what was asked for. On PEN_EINVALID errors
  * lists every offender (unknown key, wrong type, out of range, dangling reference, degenerate
- * geometry, a part of the format not offered yet). The caller destroys the scene.
+ * geometry). The caller destroys the scene.
  */
 int pen_scene_parse(json_t *tree, struct pen_scene **ret_scene, struct pen_scene_errors *errors,
 	struct pen_error *err);

@@ -21,6 +21,20 @@ static size_t count_values(json_t *tree)
 	return count;
 }
 
+static bool has_gltf(const json_t *tree)
+{
+	const json_t *list = json_object_get(tree, "objects");
+
+	for (size_t i = 0; i < json_array_size(list); i++) {
+		const char *type =
+			json_string_value(json_object_get(json_array_get(list, i), "type"));
+
+		if (type && strcmp(type, "gltf") == 0)
+			return true;
+	}
+	return false;
+}
+
 void pen_reader_init(struct pen_reader *reader, struct pen_scene *scene, json_t *tree,
 	struct pen_scene_errors *errors)
 {
@@ -29,6 +43,7 @@ void pen_reader_init(struct pen_reader *reader, struct pen_scene *scene, json_t 
 		.scene = scene,
 		.errors = errors,
 		.values = count_values(tree),
+		.has_gltf = has_gltf(tree),
 	};
 }
 
@@ -147,6 +162,14 @@ const char *pen_reader_text(struct pen_reader *reader, const char *text)
 	if (!copy)
 		reader->out_of_memory = true;
 	return copy;
+}
+
+const char *pen_reader_pointer(struct pen_reader *reader, const struct pen_place *at)
+{
+	char pointer[sizeof reader->errors->items[0].pointer];
+
+	write_pointer(pointer, sizeof pointer, at);
+	return pen_reader_text(reader, pointer);
 }
 
 bool pen_reader_sound(const struct pen_reader *reader)

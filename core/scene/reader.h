@@ -31,6 +31,7 @@ struct pen_reader {
 	struct pen_trail trails[PEN_SCENE_ERRORS_MAX];
 	size_t found;  /* offenders met, also those that errors has no room for */
 	size_t values; /* in the tree; it stops growing at PEN_SCENE_NODES_MAX */
+	bool has_gltf; /* some object is a glTF */
 	bool out_of_memory;
 };
 
@@ -45,6 +46,9 @@ void pen_reader_refuse(struct pen_reader *reader, const struct pen_place *at, co
 void *pen_reader_alloc(struct pen_reader *reader, size_t count, size_t size);
 
 const char *pen_reader_text(struct pen_reader *reader, const char *text);
+
+/* The JSON pointer of a place, as errors have it. */
+const char *pen_reader_pointer(struct pen_reader *reader, const struct pen_place *at);
 
 /* False once memory ran out or the tree grew too large: the reading fails whatever follows. */
 bool pen_reader_sound(const struct pen_reader *reader);

@@ -1,12 +1,37 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/scene/resolve.h"
 
+#include "core/scene/input.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 static int compare_name(const void *name, const void *material)
 {
 	return strcmp(name, ((const struct pen_material_desc *)material)->name);
+}
+
+static struct pen_material_desc *find_material(const struct pen_scene *scene, const char *name)
+{
+	if (!scene->materials)
+		return NULL;
+	return bsearch(name, scene->materials, scene->material_count, sizeof *scene->materials,
+		compare_name);
+}
+
+static void resolve_textures(struct pen_reader *reader, const struct pen_place *root, json_t *tree)
+{
+	struct pen_place list = pen_place_member(root, tree, "materials");
+	struct pen_place place = {.parent = &list};
+	struct pen_material_desc *material;
+	json_t *element;
+
+	json_object_foreach (json_object_get(tree, "materials"), place.key, element) {
+		material = find_material(reader->scene, place.key);
+		if (material)
+			pen_input_resolve(reader, &place, element, material);
+		place.position++;
+	}
 }
 
 static void resolve_material(struct pen_reader *reader, const struct pen_place *at, json_t *object,
@@ -17,11 +42,9 @@ static void resolve_material(struct pen_reader *reader, const struct pen_place *
 	const struct pen_material_desc *found;
 	struct pen_place place;
 
-	desc->material = PEN_NO_INDEX;
 	if (!json_is_string(value) || !scene->materials)
 		return;
-	found = bsearch(json_string_value(value), scene->materials, scene->material_count,
-		sizeof *found, compare_name);
+	found = find_material(scene, json_string_value(value));
 	if (found) {
 		desc->material = (uint32_t)(found - scene->materials);
 		return;
@@ -33,33 +56,26 @@ static void resolve_material(struct pen_reader *reader, const struct pen_place *
 /* The room for this material was made when the others were read. */
 static void add_default_material(struct pen_scene *scene)
 {
+	struct pen_material_desc *material;
 	bool needed = false;
 
 	for (uint32_t i = 0; i < scene->object_count; i++) {
 		struct pen_object_desc *object = &scene->objects[i];
 
-		if (object->material == PEN_NO_INDEX && object->type != PEN_OBJECT_INSTANCE) {
+		if (object->material == PEN_NO_INDEX &&
+			(object->type == PEN_OBJECT_SPHERE || object->type == PEN_OBJECT_MESH)) {
 			object->material = scene->material_count;
 			needed = true;
 		}
 	}
-	if (needed)
-		scene->materials[scene->material_count++] = (struct pen_material_desc){
-			.name = "", .type = PEN_MATERIAL_MATTE, .color = {0.5, 0.5, 0.5}};
-}
-
-/* What no text refers to. */
-static void set_absent_indices(struct pen_scene *scene)
-{
-	scene->camera.node = PEN_NO_INDEX;
-	scene->background.picture = PEN_NO_INDEX;
-	for (uint32_t i = 0; i < scene->object_count; i++)
-		scene->objects[i].node = PEN_NO_INDEX;
-	for (uint32_t i = 0; i < scene->light_count; i++)
-		scene->lights[i].node = PEN_NO_INDEX;
-	for (uint32_t i = 0; i < scene->material_count; i++)
-		for (int k = 0; k < PEN_INPUT_COUNT; k++)
-			scene->materials[i].inputs[k].texture = PEN_NO_INDEX;
+	if (!needed)
+		return;
+	material = &scene->materials[scene->material_count++];
+	*material = pen_blank_material;
+	material->name = "";
+	material->type = PEN_MATERIAL_MATTE;
+	for (size_t i = 0; i < 3; i++)
+		material->color[i] = 0.5;
 }
 
 /* Enters an object's name into a map from names to indices. */
@@ -118,8 +134,8 @@ void pen_resolve_names(struct pen_reader *reader, const struct pen_place *root, 
 		resolve_instance(
 			reader, &element, json_array_get(list, i), names, &scene->objects[i]);
 	}
+	resolve_textures(reader, root, tree);
 	if (scene->materials)
 		add_default_material(scene);
-	set_absent_indices(scene);
 	json_decref(names);
 }

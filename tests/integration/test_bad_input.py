@@ -58,7 +58,11 @@ REFUSED = {
     "up along the view": ("/camera/up", [0, 0, 1], "/camera"),
     "singular scale in a key": ("/objects/2/keyframes/1/scale", [1, 0, 1],
                                 "/objects/2/keyframes/1/scale"),
-    "not offered yet": ("/sampling/mode", "adaptive", "/sampling/mode"),
+    "unknown mode": ("/sampling/mode", "random", "/sampling/mode"),
+    "file by its path": ("/textures", {"wood": {"image": "wood.png"}}, "/textures/wood/image"),
+    "file by a URL": ("/background", {"image": "https://example.org/sky.hdr"}, "/background/image"),
+    "texture of no name": ("/materials/white/color", {"texture": "wood"},
+                           "/materials/white/color/texture"),
 }
 
 TEXT = json.dumps(GOOD)
