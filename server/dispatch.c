@@ -62,6 +62,7 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.epoch = action->epoch,
 		.tile = action->tile,
 		.round = action->round,
+		.frame = 1,
 		.rect = pen_tiling_rect(&job->tiling, action->tile),
 		.sample_first = samples.first,
 		.sample_end = samples.end,

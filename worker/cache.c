@@ -26,8 +26,9 @@ enum entry_state {
 struct entry {
 	enum entry_state state;
 	struct pen_sha256 sha256;
-	uint64_t used; /* when it was demanded last, in demands */
-	int text;      /* sealed memory when whole; -1 = none */
+	uint32_t frame; /* demanded last */
+	uint64_t used;	/* when it was demanded last, in demands */
+	int text;	/* sealed memory when whole; -1 = none */
 	uint64_t text_size, text_received;
 	struct pen_host *host;
 	int64_t since_ms, retry_ms;
@@ -128,8 +129,10 @@ static void handle_failed(void *user, struct pen_host *host, const char *reason)
 	struct pen_cache *cache = user;
 	struct entry *entry = find_host(cache, host);
 
-	if (entry)
-		fail(cache, entry, PEN_FAULT_SCENE, reason);
+	if (!entry)
+		return;
+	pen_host_ended(host, PEN_FAULT_SCENE, reason);
+	fail(cache, entry, PEN_FAULT_SCENE, reason);
 }
 
 static void handle_idle(void *user, struct pen_host *host)
@@ -176,7 +179,7 @@ static void load(struct pen_cache *cache, struct entry *entry)
 	struct pen_error err = PEN_ERROR_INIT;
 
 	entry->state = ENTRY_TEXT;
-	if (!cache->spare || pen_host_load(cache->spare, entry->text, &err) < 0) {
+	if (!cache->spare || pen_host_load(cache->spare, entry->text, entry->frame, &err) < 0) {
 		entry->retry_ms = pen_clock_ms() + BACKOFF_MIN_MS;
 		return;
 	}
@@ -207,7 +210,7 @@ static struct entry *make_room(struct pen_cache *cache)
 }
 
 enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha256 *sha256,
-	struct pen_host **ret_host, struct pen_msg_failure *ret_failure)
+	uint32_t frame, struct pen_host **ret_host, struct pen_msg_failure *ret_failure)
 {
 	struct entry *entry = find(cache, sha256);
 
@@ -220,6 +223,7 @@ enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha25
 		cache->events->fetch(cache->user, sha256);
 	}
 	entry->used = ++cache->demands;
+	entry->frame = frame;
 	if (entry->state == ENTRY_READY) {
 		*ret_host = entry->host;
 		return PEN_DEMAND_READY;

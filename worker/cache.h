@@ -43,12 +43,12 @@ void pen_cache_destroy(struct pen_cache *cache);
 enum pen_demand { PEN_DEMAND_READY, PEN_DEMAND_WAIT, PEN_DEMAND_FAILED };
 
 /*
- * Asks for a scene's process: READY and *ret_host; WAIT, and what is missing is under way or every
- * place is in use; or FAILED, with the fault of its units and the reason, valid until the next
- * call.
+ * Asks for a scene's process, for a frame of it: READY and *ret_host; WAIT, and what is missing is
+ * under way or every place is in use; or FAILED, with the fault of its units and the reason, valid
+ * until the next call.
  */
 enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha256 *sha256,
-	struct pen_host **ret_host, struct pen_msg_failure *ret_failure);
+	uint32_t frame, struct pen_host **ret_host, struct pen_msg_failure *ret_failure);
 
 /* A piece of a text, or that there is none, has arrived. */
 void pen_cache_receive(struct pen_cache *cache, const struct pen_msg *scene_data);

@@ -19,11 +19,12 @@ enum pen_control_type {
 	PEN_CONTROL_FORK = 1, /* make scene process id; attached: its channel, its result memory */
 	PEN_CONTROL_KILL,     /* end scene process id */
 	/* pool to scene process */
-	PEN_CONTROL_LOAD,  /* attached: the scene's text */
-	PEN_CONTROL_START, /* fork the render process of slot id; attached: its channel */
+	PEN_CONTROL_LOAD,  /* attached: the scene's text; frame will be asked for first */
+	PEN_CONTROL_START, /* fork the render process of slot id for frame, in place of the one
+			      before; attached: its channel */
 	/* scene process to pool */
 	PEN_CONTROL_READY,  /* the scene has been built */
-	PEN_CONTROL_FAILED, /* it cannot be: reason */
+	PEN_CONTROL_FAILED, /* it, or a frame of it, cannot be: reason */
 	/* zygote and scene process to pool: a child (id) ended or was stopped: wait status */
 	PEN_CONTROL_CHILD
 };
@@ -32,7 +33,9 @@ struct pen_control {
 	uint32_t type;
 	uint32_t id;
 	int32_t status;
-	char reason[500]; /* ends in NUL */
+	uint32_t frame;
+	uint32_t serial;  /* of START; CHILD of a scene process repeats it */
+	char reason[492]; /* ends in NUL */
 };
 static_assert(sizeof(struct pen_control) == 512, "no padding");
 
@@ -44,14 +47,18 @@ struct pen_order {
 };
 static_assert(sizeof(struct pen_order) == 40, "no padding");
 
-/* render process to pool. The first one, with lease 0, says that the process is ready. */
+/*
+ * render process to pool. The first one, with lease 0, says that the process is ready, and for
+ * which frames: only those may be ordered.
+ */
 struct pen_answer {
 	uint64_t lease;
+	uint32_t frame_first, frame_end;
 	uint64_t xxh3; /* of the pixels in the slot's result memory */
 	uint64_t render_us;
 	struct pen_render_stats stats;
 };
-static_assert(sizeof(struct pen_answer) == 56, "no padding");
+static_assert(sizeof(struct pen_answer) == 64, "no padding");
 
 enum { PEN_CHANNEL_FDS_MAX = 2 };
 

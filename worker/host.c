@@ -38,10 +38,13 @@ struct slot {
 	int64_t since_ms; /* of the state */
 	int64_t start_ms; /* of the process */
 	struct pen_watch *watch;
-	int pidfd;	   /* -1 = not known yet */
-	uint64_t lease;	   /* 0 = none */
-	uint32_t units;	   /* rendered by this process */
-	uint32_t failures; /* processes in a row that died young */
+	int pidfd;			 /* -1 = not known yet */
+	uint64_t lease;			 /* 0 = none */
+	uint32_t units;			 /* rendered by this process */
+	uint32_t serial;		 /* of the process */
+	uint32_t frame;			 /* that it was started for */
+	uint32_t frame_first, frame_end; /* that it has */
+	uint32_t failures;		 /* processes in a row that died young */
 };
 
 struct pen_host {
@@ -100,6 +103,8 @@ static void handle_answer(struct slot *slot, const struct pen_answer *answer, pi
 
 	if (slot->state == SLOT_STARTING && answer->lease == 0 && sender > 0) {
 		slot->pidfd = pidfd_open(sender, 0);
+		slot->frame_first = answer->frame_first;
+		slot->frame_end = answer->frame_end;
 		set_state(slot, SLOT_IDLE);
 		host->events->idle(host->user, host);
 		return;
@@ -139,6 +144,8 @@ static void start(struct slot *slot)
 	struct pen_control control = {
 		.type = PEN_CONTROL_START,
 		.id = (uint32_t)(slot - host->slots),
+		.frame = slot->frame,
+		.serial = slot->serial + 1,
 	};
 	int pool, child, r;
 
@@ -151,6 +158,7 @@ static void start(struct slot *slot)
 		return;
 	}
 	slot->units = 0;
+	slot->serial++;
 	slot->start_ms = pen_clock_ms();
 	set_state(slot, SLOT_STARTING);
 	if (pen_watch_create(host->loop, pool, handle_slot, slot, &slot->watch, NULL) < 0)
@@ -208,13 +216,14 @@ static void handle_control(void *user)
 		return;
 	control.reason[sizeof control.reason - 1] = '\0';
 	if (r == 0 && control.type == PEN_CONTROL_CHILD && control.id < host->slot_count) {
-		handle_child(host, control.id, control.status);
+		if (control.serial == host->slots[control.id].serial)
+			handle_child(host, control.id, control.status);
 	} else if (r == 0 && control.type == PEN_CONTROL_READY && !host->ready) {
 		host->ready = true;
 		for (uint32_t i = 0; i < host->slot_count; i++)
 			start(&host->slots[i]);
 		host->events->ready(host->user, host);
-	} else if (r == 0 && control.type == PEN_CONTROL_FAILED && !host->ready) {
+	} else if (r == 0 && control.type == PEN_CONTROL_FAILED) {
 		host->events->failed(host->user, host, control.reason);
 	} else {
 		/* It has gone, or it has gone mad; the zygote tells of its end. */
@@ -294,10 +303,12 @@ uint32_t pen_host_id(const struct pen_host *host)
 	return host->id;
 }
 
-int pen_host_load(struct pen_host *host, int text, struct pen_error *err)
+int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_error *err)
 {
-	const struct pen_control control = {.type = PEN_CONTROL_LOAD};
+	const struct pen_control control = {.type = PEN_CONTROL_LOAD, .frame = frame};
 
+	for (uint32_t i = 0; i < host->slot_count; i++)
+		host->slots[i].frame = frame;
 	if (!host->control || pen_channel_send(pen_watch_fd(host->control), &control,
 				      sizeof control, &text, 1) < 0)
 		return pen_error_set(err, PEN_ECLOSED, "the scene process does not answer");
@@ -307,6 +318,25 @@ int pen_host_load(struct pen_host *host, int text, struct pen_error *err)
 bool pen_host_idle(const struct pen_host *host, uint32_t slot)
 {
 	return host->slots[slot].state == SLOT_IDLE;
+}
+
+bool pen_host_has_frame(const struct pen_host *host, uint32_t slot, uint32_t frame)
+{
+	const struct slot *s = &host->slots[slot];
+
+	return frame >= s->frame_first && frame < s->frame_end;
+}
+
+void pen_host_turn(struct pen_host *host, uint32_t slot, uint32_t frame)
+{
+	struct slot *s = &host->slots[slot];
+
+	assert(s->state == SLOT_IDLE);
+	s->frame = frame;
+	if (!host->control)
+		return;
+	end(s);
+	start(s);
 }
 
 bool pen_host_order(struct pen_host *host, uint32_t slot, const struct pen_order *order)
@@ -350,8 +380,10 @@ void pen_host_tick(struct pen_host *host, int64_t now_ms)
 		if (slot->state == SLOT_EMPTY && host->ready && host->control &&
 			slot->since_ms <= now_ms)
 			start(slot);
-		if ((slot->state == SLOT_STARTING || slot->state == SLOT_ENDING) &&
-			now_ms - slot->since_ms > HANG_MS)
+		/* One that starts may wait for its frame to be built. */
+		if (slot->state == SLOT_STARTING && now_ms - slot->since_ms > PEN_LEASE_HARD_MS)
+			host->hangs = true;
+		if (slot->state == SLOT_ENDING && now_ms - slot->since_ms > HANG_MS)
 			host->hangs = true;
 	}
 	if (host->hangs)

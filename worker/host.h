@@ -43,12 +43,22 @@ void pen_host_destroy(struct pen_host *host);
 
 uint32_t pen_host_id(const struct pen_host *host);
 
-/* Gives it its scene, once; text is sealed memory and stays the caller's. */
-int pen_host_load(struct pen_host *host, int text, struct pen_error *err);
+/*
+ * Gives it its scene, once, and the frame that is wanted first; text is sealed memory and stays the
+ * caller's.
+ */
+int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_error *err);
 
 bool pen_host_idle(const struct pen_host *host, uint32_t slot);
 
-/* Hands an order to an idle slot; false when its process is just ending. */
+/* Whether the process of an idle slot has the frame: each has a few of an animation. */
+bool pen_host_has_frame(const struct pen_host *host, uint32_t slot, uint32_t frame);
+
+/* Gives an idle slot another process, which has the frame; the slot is idle again when it is there.
+ */
+void pen_host_turn(struct pen_host *host, uint32_t slot, uint32_t frame);
+
+/* Hands an order to an idle slot that has its frame; false when its process is just ending. */
 bool pen_host_order(struct pen_host *host, uint32_t slot, const struct pen_order *order);
 
 /* Kills the slot's render process; its order ends without an event. */

@@ -92,6 +92,21 @@ static struct lease *find_lease(struct pool *pool, uint64_t id)
 	return NULL;
 }
 
+static bool is_free(const struct pool *pool, const struct pen_host *host, uint32_t slot)
+{
+	return !pool->running[slot] && pen_host_idle(host, slot);
+}
+
+/* A free slot that is done with other frames shall have the one that is asked for now. */
+static void turn_slot(struct pool *pool, struct pen_host *host, uint32_t frame)
+{
+	for (uint32_t i = 0; i < pool->config->processes; i++)
+		if (is_free(pool, host, i) && !pen_host_has_frame(host, i, frame)) {
+			pen_host_turn(host, i, frame);
+			return;
+		}
+}
+
 static bool start_unit(struct pool *pool, struct lease *lease, struct pen_host *host)
 {
 	const struct pen_order order = {
@@ -102,7 +117,8 @@ static bool start_unit(struct pool *pool, struct lease *lease, struct pen_host *
 	};
 
 	for (uint32_t i = 0; i < pool->config->processes; i++) {
-		if (pool->running[i] || !pen_host_idle(host, i) || !pen_host_order(host, i, &order))
+		if (!is_free(pool, host, i) || !pen_host_has_frame(host, i, order.unit.frame) ||
+			!pen_host_order(host, i, &order))
 			continue;
 		lease->host = host;
 		lease->slot = i;
@@ -125,8 +141,12 @@ static void dispatch(struct pool *pool)
 		next = TAILQ_NEXT(lease, link);
 		if (lease->host)
 			continue;
-		switch (pen_cache_demand(pool->cache, &lease->msg.scene_sha256, &host, &failure)) {
-		case PEN_DEMAND_READY: (void)start_unit(pool, lease, host); break;
+		switch (pen_cache_demand(
+			pool->cache, &lease->msg.scene_sha256, lease->msg.frame, &host, &failure)) {
+		case PEN_DEMAND_READY:
+			if (!start_unit(pool, lease, host))
+				turn_slot(pool, host, lease->msg.frame);
+			break;
 		case PEN_DEMAND_WAIT: break;
 		case PEN_DEMAND_FAILED: fail(pool, lease, failure.fault, failure.reason); break;
 		}

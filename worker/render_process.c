@@ -9,6 +9,7 @@
 
 #include <signal.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -32,46 +33,65 @@ static int confine(const struct pen_worker_config *config, pid_t parent, int cha
 	return r;
 }
 
-static void render(struct pen_renderer *renderer, const struct pen_order *order,
-	struct pen_result *result, struct pen_answer *ret_answer)
+struct render_process {
+	const struct pen_render_shot *shot;
+	const struct pen_render_scene *scene; /* the frame rendered last */
+	struct pen_renderer *renderer;
+	struct pen_result *result;
+};
+
+/* False for a frame that is not there: no pool orders that. */
+static bool render(
+	struct render_process *self, const struct pen_order *order, struct pen_answer *ret_answer)
 {
+	const struct pen_render_scene *scene = pen_render_shot_scene(self->shot, order->unit.frame);
 	size_t size = pen_rect_area(order->unit.rect) * order->channels * sizeof(float);
 	int64_t start_us = pen_clock_us();
 
+	if (!scene)
+		return false;
+	if (scene != self->scene)
+		pen_renderer_set_scene(self->renderer, scene);
+	self->scene = scene;
 	*ret_answer = (struct pen_answer){.lease = order->lease};
-	atomic_store(&result->progress, 0);
-	pen_renderer_unit(
-		renderer, &order->unit, result->pixels, &ret_answer->stats, &result->progress);
-	ret_answer->xxh3 = pen_xxh3(result->pixels, size);
+	atomic_store(&self->result->progress, 0);
+	pen_renderer_unit(self->renderer, &order->unit, self->result->pixels, &ret_answer->stats,
+		&self->result->progress);
+	ret_answer->xxh3 = pen_xxh3(self->result->pixels, size);
 	ret_answer->render_us = (uint64_t)(pen_clock_us() - start_us);
+	return true;
 }
 
 /* Plain read and write: the sandbox has no other way to use a socket. */
-static void serve(struct pen_renderer *renderer, int channel, struct pen_result *result)
+static void serve(struct render_process *self, int channel)
 {
 	struct pen_answer answer = {0};
 	struct pen_order order;
 
+	pen_render_shot_ready(self->shot, &answer.frame_first, &answer.frame_end);
 	while (write(channel, &answer, sizeof answer) == sizeof answer &&
 		read(channel, &order, sizeof order) == sizeof order)
-		render(renderer, &order, result, &answer);
+		if (!render(self, &order, &answer))
+			return;
 }
 
 void pen_render_process_run(const struct pen_worker_config *config,
-	const struct pen_render_scene *scene, pid_t parent, int channel, int results, uint32_t slot)
+	const struct pen_render_shot *shot, pid_t parent, int channel, int results, uint32_t slot)
 {
+	struct render_process self = {.shot = shot};
 	struct pen_error err = PEN_ERROR_INIT;
-	struct pen_renderer *renderer;
-	struct pen_result *result;
+	uint32_t first, end;
 	int r;
 
+	pen_render_shot_ready(shot, &first, &end);
+	self.scene = pen_render_shot_scene(shot, first);
 	r = confine(config, parent, channel, results, &err);
 	if (r == 0)
-		r = pen_memory_map_result(results, slot, &result, &err);
+		r = pen_memory_map_result(results, slot, &self.result, &err);
 	if (r == 0)
-		r = pen_renderer_create(scene, &renderer, &err);
+		r = pen_renderer_create(self.scene, &self.renderer, &err);
 	if (r == 0)
-		serve(renderer, channel, result);
+		serve(&self, channel);
 	else
 		pen_log(PEN_LOG_ERROR, "render process: %s", err.text);
 	_exit(r == 0 ? EXIT_SUCCESS : EXIT_FAILURE);

@@ -2,7 +2,7 @@
 #include "worker/scene_process.h"
 
 #include "core/base/log.h"
-#include "core/render/render.h"
+#include "core/render/shot.h"
 #include "core/scene/parse.h"
 #include "worker/channel.h"
 #include "worker/memory.h"
@@ -24,8 +24,9 @@ struct scene_process {
 	const struct pen_worker_config *config;
 	pid_t pid; /* our own */
 	int channel, results, signals;
-	struct pen_render_scene *scene;	   /* NULL until it has been built */
+	struct pen_render_shot *shot;	   /* NULL until it has been built */
 	pid_t children[PEN_PROCESSES_MAX]; /* of each slot; 0 = none */
+	uint32_t serials[PEN_PROCESSES_MAX];
 };
 
 #define MEMORY_MIN (4ull << 30)
@@ -92,15 +93,23 @@ static int build(struct scene_process *self, const char *text, size_t size, stru
 			describe(errors, err);
 	}
 	if (r == 0)
-		r = pen_render_scene_create(scene, NULL, self->config->isa, &self->scene, err);
+		r = pen_render_shot_create(scene, NULL, self->config->isa, &self->shot, err);
 	json_decref(tree);
 	free(errors);
 	return r;
 }
 
-static void load(struct scene_process *self, int text_fd)
+static void tell_failure(const struct scene_process *self, const struct pen_error *err)
 {
-	struct pen_control answer = {.type = PEN_CONTROL_READY};
+	struct pen_control control = {.type = PEN_CONTROL_FAILED};
+
+	(void)snprintf(control.reason, sizeof control.reason, "%.*s",
+		(int)sizeof control.reason - 1, err->text);
+	tell(self, &control);
+}
+
+static void load(struct scene_process *self, int text_fd, uint32_t frame)
+{
 	struct pen_error err = PEN_ERROR_INIT;
 	const void *text;
 	size_t size;
@@ -112,12 +121,12 @@ static void load(struct scene_process *self, int text_fd)
 		r = build(self, text, size, &err);
 		(void)munmap((void *)(uintptr_t)text, size);
 	}
-	if (r < 0) {
-		answer.type = PEN_CONTROL_FAILED;
-		(void)snprintf(answer.reason, sizeof answer.reason, "%.*s",
-			(int)sizeof answer.reason - 1, err.text);
-	}
-	tell(self, &answer);
+	if (r == 0)
+		r = pen_render_shot_prepare(self->shot, frame, &err);
+	if (r == 0)
+		tell(self, &(struct pen_control){.type = PEN_CONTROL_READY});
+	else
+		tell_failure(self, &err);
 }
 
 static void tell_child(const struct scene_process *self, uint32_t slot, int status)
@@ -126,16 +135,28 @@ static void tell_child(const struct scene_process *self, uint32_t slot, int stat
 			   .type = PEN_CONTROL_CHILD,
 			   .id = slot,
 			   .status = status,
+			   .serial = self->serials[slot],
 		   });
 }
 
-static void start(struct scene_process *self, uint32_t slot, int child_channel)
+/* The slot's process before, if there is one, has been ended by the pool, which knows. */
+static void start(struct scene_process *self, const struct pen_control *control, int child_channel)
 {
-	pid_t pid = fork();
+	struct pen_error err = PEN_ERROR_INIT;
+	const uint32_t slot = control->id;
+	pid_t pid;
 
+	self->children[slot] = 0;
+	self->serials[slot] = control->serial;
+	if (pen_render_shot_prepare(self->shot, control->frame, &err) < 0) {
+		(void)close(child_channel);
+		tell_failure(self, &err);
+		return;
+	}
+	pid = fork();
 	if (pid == 0)
 		pen_render_process_run(
-			self->config, self->scene, self->pid, child_channel, self->results, slot);
+			self->config, self->shot, self->pid, child_channel, self->results, slot);
 	(void)close(child_channel);
 	if (pid > 0)
 		self->children[slot] = pid;
@@ -167,11 +188,11 @@ static void obey(struct scene_process *self)
 
 	if (pen_channel_receive(self->channel, &control, sizeof control, &fd, 1, NULL) < 0)
 		_exit(EXIT_SUCCESS);
-	if (control.type == PEN_CONTROL_LOAD && !self->scene && fd >= 0)
-		load(self, fd);
-	else if (control.type == PEN_CONTROL_START && self->scene && fd >= 0 &&
-		 control.id < self->config->processes && self->children[control.id] == 0)
-		start(self, control.id, fd);
+	if (control.type == PEN_CONTROL_LOAD && !self->shot && fd >= 0)
+		load(self, fd, control.frame);
+	else if (control.type == PEN_CONTROL_START && self->shot && fd >= 0 &&
+		 control.id < self->config->processes)
+		start(self, &control, fd);
 	else
 		_exit(EXIT_FAILURE);
 }

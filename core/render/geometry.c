@@ -321,7 +321,8 @@ static int add_object(struct pen_layout *l, uint32_t index, bool *ret_left)
 		*ret_left = steps == 1;
 		return steps == 1 ? 0 : add_travelling_sphere(l, index, steps);
 	}
-	if (object->type == PEN_OBJECT_MESH && steps == 1)
+	if (object->type == PEN_OBJECT_MESH && steps == 1 &&
+		(l->part != PEN_GEOMETRY_FRAME || !pen_motion_mesh_is_rigid(object)))
 		return add_static_mesh(l, index);
 	return add_instance(l, index, steps);
 }
@@ -361,6 +362,29 @@ static int compare_resting(const void *a, const void *b)
 	return x->object < y->object ? -1 : x->object > y->object;
 }
 
+/* Makes the model of something that moves but keeps its form, for all frames. */
+static int share_model(struct pen_layout *l, uint32_t index)
+{
+	const struct pen_object_desc *object = &l->scene->objects[index];
+	const uint32_t of = object->type == PEN_OBJECT_INSTANCE ? object->u.instance.of : index;
+	uint32_t model;
+
+	if (l->scene->objects[of].type != PEN_OBJECT_MESH ||
+		!pen_motion_mesh_is_rigid(&l->scene->objects[of]))
+		return 0;
+	return own_model(l, of, &model);
+}
+
+/* Adds what of an object belongs to the part that is being laid out. */
+static int add_part(struct pen_layout *l, uint32_t index, bool *ret_left)
+{
+	const bool rests = pen_motion_rests(l->scene, &l->scene->objects[index]);
+
+	if (l->part == PEN_GEOMETRY_ALL || rests == (l->part == PEN_GEOMETRY_SHARED))
+		return add_object(l, index, ret_left);
+	return l->part == PEN_GEOMETRY_SHARED ? share_model(l, index) : 0;
+}
+
 static int add_objects(struct pen_layout *l)
 {
 	const uint32_t count = l->scene->object_count;
@@ -374,7 +398,7 @@ static int add_objects(struct pen_layout *l)
 
 		if (!l->scene->objects[i].visible)
 			continue;
-		r = add_object(l, i, &left);
+		r = add_part(l, i, &left);
 		if (left)
 			resting[resting_count++] =
 				(struct resting){l->scene->objects[i].material, i};
@@ -392,12 +416,21 @@ static int add_objects(struct pen_layout *l)
 	return r;
 }
 
-static int add_everything(struct pen_layout *l)
+static bool light_is_in_part(const struct pen_layout *l, const struct pen_light_desc *light)
 {
-	int r = add_objects(l);
+	const bool rests = light->node == PEN_NO_INDEX;
 
+	return l->part == PEN_GEOMETRY_ALL || rests == (l->part == PEN_GEOMETRY_SHARED);
+}
+
+int pen_geometry_add(struct pen_layout *l, enum pen_geometry_part part)
+{
+	int r;
+
+	l->part = part;
+	r = add_objects(l);
 	for (uint32_t i = 0; i < l->scene->light_count && r == 0; i++)
-		if (l->scene->lights[i].visible)
+		if (l->scene->lights[i].visible && light_is_in_part(l, &l->scene->lights[i]))
 			r = pen_light_shape_add(l, i);
 	/* Embree reads the last vertex as four floats. */
 	if (r == 0 && !pen_layout_extend(l, &l->vertices, 1, 3 * sizeof(float)))
@@ -405,25 +438,17 @@ static int add_everything(struct pen_layout *l)
 	return r;
 }
 
-int pen_geometry_init(
-	struct pen_geometry *geometry, const struct pen_scene *scene, struct pen_error *err)
+int pen_geometry_init(struct pen_geometry *geometry, const struct pen_scene *scene, uint32_t frame,
+	struct pen_error *err)
 {
 	struct pen_layout l;
-	int r;
+	int r = pen_layout_init(&l, scene, frame, err);
 
-	pen_layout_init(&l, scene, err);
-	l.own_models = malloc((scene->object_count + 1) * sizeof *l.own_models);
-	if (!l.own_models) {
-		r = pen_error_memory(err);
-		goto out;
-	}
-	memset(l.own_models, 0xff, (scene->object_count + 1) * sizeof *l.own_models);
-	r = add_everything(&l);
+	if (r == 0)
+		r = pen_geometry_add(&l, PEN_GEOMETRY_ALL);
 	if (r == 0)
 		pen_layout_take(&l, geometry);
-out:
 	pen_layout_finish(&l);
-	free(l.own_models);
 	return r;
 }
 

@@ -63,12 +63,24 @@ struct pen_geometry {
 };
 
 /*
- * Lays out a scene. Surfaces are numbered: first the scene's materials, then its lights.
- * PEN_EINVALID names an object whose placement is singular at some time of the open shutter or
- * leaves PEN_COORDINATE_MAX; PEN_ELIMIT, PEN_ENOMEM.
+ * Lays out a scene as a frame shows it. Surfaces are numbered: first the scene's materials, then
+ * its lights. PEN_EINVALID names an object whose placement is singular at some time of the open
+ * shutter or leaves PEN_COORDINATE_MAX; PEN_ELIMIT, PEN_ENOMEM.
  */
-int pen_geometry_init(
-	struct pen_geometry *geometry, const struct pen_scene *scene, struct pen_error *err);
+int pen_geometry_init(struct pen_geometry *geometry, const struct pen_scene *scene, uint32_t frame,
+	struct pen_error *err);
 void pen_geometry_finish(struct pen_geometry *geometry);
+
+/*
+ * In an animation the frames share what is the same at all times: what rests, and the rigid models
+ * of what moves. Which part a thing belongs to is the scene's to say, not the frame's: so what
+ * moves is a placed model in every frame, also where it stands still for a while.
+ */
+enum pen_geometry_part { PEN_GEOMETRY_ALL, PEN_GEOMETRY_SHARED, PEN_GEOMETRY_FRAME };
+
+struct pen_layout;
+
+/* Adds a part of the scene to a layout. Errors as above. */
+int pen_geometry_add(struct pen_layout *l, enum pen_geometry_part part);
 
 #endif

@@ -3,58 +3,116 @@
 
 #include "core/base/limits.h"
 
-#define POOL_COUNT 11
+#include <stdlib.h>
+#include <string.h>
 
-static void list_pools(struct pen_layout *l, struct pen_buf *ret_pools[POOL_COUNT])
+static void list_pools(struct pen_layout *l, struct pen_buf *ret_pools[PEN_LAYOUT_POOLS])
 {
-	struct pen_buf *const pools[POOL_COUNT] = {&l->vertices, &l->normals, &l->uvs, &l->colors,
-		&l->tangents, &l->indices, &l->spheres, &l->disks, &l->placements, &l->models,
-		&l->shapes};
+	struct pen_buf *const pools[PEN_LAYOUT_POOLS] = {&l->vertices, &l->normals, &l->uvs,
+		&l->colors, &l->tangents, &l->indices, &l->spheres, &l->disks, &l->placements,
+		&l->models, &l->shapes};
 
-	for (int i = 0; i < POOL_COUNT; i++)
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
 		ret_pools[i] = pools[i];
 }
 
-void pen_layout_init(struct pen_layout *l, const struct pen_scene *scene, struct pen_error *err)
+int pen_layout_init(
+	struct pen_layout *l, const struct pen_scene *scene, uint32_t frame, struct pen_error *err)
 {
-	struct pen_buf *pools[POOL_COUNT];
+	const size_t objects = scene->object_count + 1ul;
+	struct pen_buf *pools[PEN_LAYOUT_POOLS];
 
 	*l = (struct pen_layout){
 		.scene = scene,
-		.shutter = {scene->camera.shutter_open, scene->camera.shutter_close},
+		.shutter = pen_shutter_of(scene, frame),
+		.own_models = malloc(objects * sizeof *l->own_models),
 		.err = err,
 	};
 	list_pools(l, pools);
-	for (int i = 0; i < POOL_COUNT; i++)
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
 		pen_buf_init(pools[i], PEN_GEOMETRY_BYTES_MAX);
+	if (!l->own_models)
+		return pen_error_memory(err);
+	memset(l->own_models, 0xff, objects * sizeof *l->own_models);
+	return 0;
 }
 
 void pen_layout_finish(struct pen_layout *l)
 {
-	struct pen_buf *pools[POOL_COUNT];
+	struct pen_buf *pools[PEN_LAYOUT_POOLS];
 
 	list_pools(l, pools);
-	for (int i = 0; i < POOL_COUNT; i++)
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
 		pen_buf_finish(pools[i]);
+	free(l->own_models);
+	l->own_models = NULL;
+}
+
+struct pen_geometry pen_layout_view(const struct pen_layout *l)
+{
+	return (struct pen_geometry){
+		.vertices = (float *)(void *)l->vertices.data,
+		.normals = (float *)(void *)l->normals.data,
+		.uvs = (float *)(void *)l->uvs.data,
+		.colors = (float *)(void *)l->colors.data,
+		.tangents = (float *)(void *)l->tangents.data,
+		.indices = (uint32_t *)(void *)l->indices.data,
+		.spheres = (struct pen_sphere *)(void *)l->spheres.data,
+		.disks = (struct pen_disk *)(void *)l->disks.data,
+		.placements = (struct pen_placement *)(void *)l->placements.data,
+		.models = (struct pen_model *)(void *)l->models.data,
+		.shapes = (struct pen_shape *)(void *)l->shapes.data,
+		.model_count = pen_layout_count(&l->models, sizeof(struct pen_model)),
+		.shape_count = pen_layout_count(&l->shapes, sizeof(struct pen_shape)),
+	};
 }
 
 void pen_layout_take(struct pen_layout *l, struct pen_geometry *ret_geometry)
 {
-	*ret_geometry = (struct pen_geometry){
-		.model_count = pen_layout_count(&l->models, sizeof(struct pen_model)),
-		.shape_count = pen_layout_count(&l->shapes, sizeof(struct pen_shape)),
-	};
-	ret_geometry->vertices = (float *)(void *)pen_buf_take(&l->vertices);
-	ret_geometry->normals = (float *)(void *)pen_buf_take(&l->normals);
-	ret_geometry->uvs = (float *)(void *)pen_buf_take(&l->uvs);
-	ret_geometry->colors = (float *)(void *)pen_buf_take(&l->colors);
-	ret_geometry->tangents = (float *)(void *)pen_buf_take(&l->tangents);
-	ret_geometry->indices = (uint32_t *)(void *)pen_buf_take(&l->indices);
-	ret_geometry->spheres = (struct pen_sphere *)(void *)pen_buf_take(&l->spheres);
-	ret_geometry->disks = (struct pen_disk *)(void *)pen_buf_take(&l->disks);
-	ret_geometry->placements = (struct pen_placement *)(void *)pen_buf_take(&l->placements);
-	ret_geometry->models = (struct pen_model *)(void *)pen_buf_take(&l->models);
-	ret_geometry->shapes = (struct pen_shape *)(void *)pen_buf_take(&l->shapes);
+	struct pen_buf *pools[PEN_LAYOUT_POOLS];
+
+	*ret_geometry = pen_layout_view(l);
+	list_pools(l, pools);
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
+		(void)pen_buf_take(pools[i]);
+}
+
+struct pen_layout_mark pen_layout_mark(struct pen_layout *l)
+{
+	struct pen_buf *pools[PEN_LAYOUT_POOLS];
+	struct pen_layout_mark mark;
+
+	list_pools(l, pools);
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
+		mark.sizes[i] = pools[i]->size;
+	return mark;
+}
+
+void pen_layout_rewind(struct pen_layout *l, const struct pen_layout_mark *mark)
+{
+	struct pen_buf *pools[PEN_LAYOUT_POOLS];
+
+	list_pools(l, pools);
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
+		pools[i]->size = mark->sizes[i];
+	pen_layout_forget_models(l, pen_layout_count(&l->models, sizeof(struct pen_model)));
+}
+
+void pen_layout_forget_models(struct pen_layout *l, uint32_t first)
+{
+	for (uint32_t i = 0; i < l->scene->object_count; i++)
+		if (l->own_models[i] >= first)
+			l->own_models[i] = PEN_NO_INDEX;
+}
+
+size_t pen_layout_bytes(struct pen_layout *l)
+{
+	const struct pen_layout_mark mark = pen_layout_mark(l);
+	size_t bytes = 0;
+
+	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
+		bytes += mark.sizes[i];
+	return bytes;
 }
 
 static void refuse(const struct pen_layout *l)

@@ -21,6 +21,14 @@ double pen_shutter_time(const struct pen_shutter *shutter, uint32_t step, uint32
 			 : lerp(shutter->open, shutter->close, (double)step / (double)(count - 1));
 }
 
+struct pen_shutter pen_shutter_of(const struct pen_scene *scene, uint32_t frame)
+{
+	const double time = frame > 1 ? (frame - 1) / scene->frames.fps : 0.0;
+
+	return (struct pen_shutter){
+		time + scene->camera.shutter_open, time + scene->camera.shutter_close};
+}
+
 static void rotation_of_quaternion(const double q[4], double ret_r[3][3])
 {
 	const double x = q[0], y = q[1], z = q[2], w = q[3];
@@ -318,6 +326,41 @@ uint32_t pen_motion_steps(const struct pen_object_desc *object, const struct pen
 	while (segments < wanted && segments + grid <= SEGMENTS_MAX)
 		segments += grid;
 	return segments + 1;
+}
+
+static bool track_rests(const struct pen_track *track)
+{
+	return track->key_count < 2;
+}
+
+static bool node_rests(const struct pen_scene *scene, uint32_t index)
+{
+	for (; index != PEN_NO_INDEX; index = scene->nodes[index].parent) {
+		const struct pen_node_desc *node = &scene->nodes[index];
+
+		if (!track_rests(&node->translation) || !track_rests(&node->rotation) ||
+			!track_rests(&node->scale))
+			return false;
+	}
+	return true;
+}
+
+bool pen_motion_mesh_is_rigid(const struct pen_object_desc *mesh)
+{
+	return mesh->type != PEN_OBJECT_MESH ||
+	       (mesh->u.mesh.key_count < 2 && !mesh->u.mesh.deform);
+}
+
+bool pen_motion_rests(const struct pen_scene *scene, const struct pen_object_desc *object)
+{
+	const struct pen_object_desc *of = object->type == PEN_OBJECT_INSTANCE
+						   ? &scene->objects[object->u.instance.of]
+						   : object;
+
+	for (uint32_t i = 1; i < object->key_count; i++)
+		if (!same_pose(&object->keys[i].pose, &object->keys[0].pose))
+			return false;
+	return pen_motion_mesh_is_rigid(of) && node_rests(scene, object->node);
 }
 
 uint32_t pen_motion_mesh_steps(

@@ -19,6 +19,9 @@ struct pen_shutter {
 	double open, close;
 };
 
+/* When the shutter opens and closes for a frame. */
+struct pen_shutter pen_shutter_of(const struct pen_scene *scene, uint32_t frame);
+
 /* The time of step i of count, 0 <= i < count; the opening when count is 1. */
 double pen_shutter_time(const struct pen_shutter *shutter, uint32_t step, uint32_t count);
 
@@ -59,6 +62,12 @@ uint32_t pen_motion_steps(const struct pen_object_desc *object, const struct pen
 /* The same of the vertices of a deforming mesh. */
 uint32_t pen_motion_mesh_steps(
 	const struct pen_object_desc *mesh, const struct pen_shutter *shutter);
+
+/* Whether the object is the same at all times, whatever the shutter: so is what it is made of. */
+bool pen_motion_rests(const struct pen_scene *scene, const struct pen_object_desc *object);
+
+/* Whether a mesh has the same vertices in its own coordinates at all times. */
+bool pen_motion_mesh_is_rigid(const struct pen_object_desc *mesh);
 
 /* The vertices of a mesh at a time: ret_vertices holds 3 * vertex_count floats. */
 void pen_motion_mesh_vertices(const struct pen_object_desc *mesh, double time, float *ret_vertices);

@@ -5,6 +5,7 @@
 #include "core/render/wavefront.h"
 #include "core/scene/planes.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,10 +46,10 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 	if (!renderer)
 		return pen_error_memory(err);
 	wavefront = &renderer->wavefront;
-	wavefront->scene = scene;
 	wavefront->film = pen_scene_film(scene->desc);
 	wavefront->packets_max = packets;
 	pen_sampler_init(&wavefront->sampler, &scene->desc->sampling, 0);
+	pen_renderer_set_scene(renderer, scene);
 	r = queue_create(&wavefront->now, packets * growth, err);
 	if (r == 0)
 		r = queue_create(&wavefront->next, packets * growth, err);
@@ -76,9 +77,15 @@ void pen_renderer_destroy(struct pen_renderer *renderer)
 	free(renderer);
 }
 
+void pen_renderer_set_scene(struct pen_renderer *renderer, const struct pen_render_scene *scene)
+{
+	renderer->wavefront.scene = scene;
+}
+
 void pen_renderer_unit(struct pen_renderer *renderer, const struct pen_unit *unit,
 	float *ret_pixels, struct pen_render_stats *ret_stats, _Atomic uint64_t *progress)
 {
+	assert(unit->frame == renderer->wavefront.scene->frame);
 	renderer->wavefront.scene->kernel->unit(
 		&renderer->wavefront, unit, ret_pixels, ret_stats, progress);
 }

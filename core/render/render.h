@@ -41,6 +41,7 @@ enum { PEN_CLASS_TEXT = 96 };
  */
 void pen_class_format(enum pen_isa isa, char *ret_text);
 
+/* A scene as one frame shows it: at the frame's time, its samples seeded by its number. */
 struct pen_render_scene;
 struct pen_pictures;
 
@@ -50,7 +51,8 @@ struct pen_pictures;
  * core/render/pictures.h; NULL when it has none. Both must outlive the result.
  */
 int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
-	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err);
+	uint32_t frame, enum pen_isa isa, struct pen_render_scene **ret_scene,
+	struct pen_error *err);
 void pen_render_scene_destroy(struct pen_render_scene *scene);
 
 /*
@@ -59,7 +61,7 @@ void pen_render_scene_destroy(struct pen_render_scene *scene);
  */
 int pen_render_warm_up(enum pen_isa isa, struct pen_error *err);
 
-/* A unit of work: one tile's share of one round. Samples [sample_first, sample_end). */
+/* A unit of work: one tile's share of one round of a frame. Samples [sample_first, sample_end). */
 struct pen_unit {
 	struct pen_rect rect;
 	uint32_t frame;
@@ -80,11 +82,15 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 	struct pen_error *err);
 void pen_renderer_destroy(struct pen_renderer *renderer);
 
+/* From now on units are rendered from another frame of the same scene. */
+void pen_renderer_set_scene(struct pen_renderer *renderer, const struct pen_render_scene *scene);
+
 /*
- * Renders a unit. ret_pixels: the scene's film (pen_scene_film), row by row of unit->rect,
- * overwritten: sums over the unit's samples and their count. A pixel's samples are summed in index
- * order in blocks of 16 aligned to absolute indices, blocks in order, all in float32.
- * ret_stats and progress (samples finished so far, raised as they finish) may be NULL.
+ * Renders a unit, which is of the scene's frame. ret_pixels: the scene's film (pen_scene_film), row
+ * by row of unit->rect, overwritten: sums over the unit's samples and their count. A pixel's
+ * samples are summed in index order in blocks of 16 aligned to absolute indices, blocks in order,
+ * all in float32. ret_stats and progress (samples finished so far, raised as they finish) may be
+ * NULL.
  */
 void pen_renderer_unit(struct pen_renderer *renderer, const struct pen_unit *unit,
 	float *ret_pixels, struct pen_render_stats *ret_stats, _Atomic uint64_t *progress);

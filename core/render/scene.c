@@ -122,22 +122,37 @@ static int create_lights(struct pen_render_scene *scene, struct pen_error *err)
 static int create_camera(struct pen_render_scene *scene, struct pen_error *err)
 {
 	const struct pen_scene *desc = scene->desc;
+	const struct pen_shutter shutter = pen_shutter_of(desc, scene->frame);
 	struct pen_camera_desc camera = desc->camera;
 
+	camera.shutter_open = shutter.open;
+	camera.shutter_close = shutter.close;
 	if (desc->integrator.type == PEN_INTEGRATOR_WHITTED)
 		camera.aperture_radius = 0.0;
 	pen_filter_init(&scene->filter, &desc->image);
 	return pen_camera_init(&scene->camera, &camera, desc->image.width, desc->image.height, err);
 }
 
-static int create_parts(struct pen_render_scene *scene, enum pen_isa isa, struct pen_error *err)
+int pen_render_kernel(enum pen_isa isa, const struct pen_kernel **ret_kernel, struct pen_error *err)
 {
-	int r = pen_geometry_init(&scene->geometry, scene->desc, err);
+	static const struct pen_kernel *const kernels[PEN_ISA_COUNT] = {
+		[PEN_ISA_V2] = &pen_kernel_v2,
+		[PEN_ISA_V3] = &pen_kernel_v3,
+		[PEN_ISA_V4] = &pen_kernel_v4,
+	};
 
-	if (r == 0)
-		r = pen_trace_create(&scene->geometry, isa, scene->kernel, &scene->trace, err);
-	if (r == 0)
-		r = create_surfaces(scene, err);
+	if (!pen_isa_supported(isa))
+		return pen_error_set(
+			err, PEN_EUNSUPPORTED, "this processor does not run %s", pen_isa_name(isa));
+	*ret_kernel = kernels[isa];
+	return 0;
+}
+
+/* Everything that is made from the geometry and what traces it. */
+static int create_tables(struct pen_render_scene *scene, struct pen_error *err)
+{
+	int r = create_surfaces(scene, err);
+
 	if (r == 0)
 		r = create_targets(scene, err);
 	if (r == 0)
@@ -147,21 +162,16 @@ static int create_parts(struct pen_render_scene *scene, enum pen_isa isa, struct
 	return r;
 }
 
-int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
-	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err)
+static int scene_new(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	uint32_t frame, enum pen_isa isa, struct pen_render_scene **ret_scene,
+	struct pen_error *err)
 {
-	static const struct pen_kernel *const kernels[PEN_ISA_COUNT] = {
-		[PEN_ISA_V2] = &pen_kernel_v2,
-		[PEN_ISA_V3] = &pen_kernel_v3,
-		[PEN_ISA_V4] = &pen_kernel_v4,
-	};
+	const struct pen_kernel *kernel = NULL;
 	struct pen_render_scene *scene;
-	unsigned int state;
-	int r;
+	int r = pen_render_kernel(isa, &kernel, err);
 
-	if (!pen_isa_supported(isa))
-		return pen_error_set(
-			err, PEN_EUNSUPPORTED, "this processor does not run %s", pen_isa_name(isa));
+	if (r < 0)
+		return r;
 	if (!pictures && desc->picture_count > 0)
 		return pen_error_set(err, PEN_EINVALID, "the scene's pictures are not there");
 	scene = calloc(1, sizeof *scene);
@@ -169,16 +179,62 @@ int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictu
 		return pen_error_memory(err);
 	scene->desc = desc;
 	scene->pictures = pictures;
-	scene->kernel = kernels[isa];
+	scene->frame = frame;
+	scene->kernel = kernel;
 	scene->background = pen_vec3_load(desc->background.color);
-	state = pen_isa_denormals_flush();
-	r = create_parts(scene, isa, err);
-	pen_isa_denormals_restore(state);
+	*ret_scene = scene;
+	return 0;
+}
+
+/* Ends the making of a scene. */
+static int conclude(struct pen_render_scene *scene, int r, struct pen_render_scene **ret_scene)
+{
 	if (r < 0)
 		pen_render_scene_destroy(scene);
 	else
 		*ret_scene = scene;
 	return r;
+}
+
+int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	uint32_t frame, enum pen_isa isa, struct pen_render_scene **ret_scene,
+	struct pen_error *err)
+{
+	struct pen_render_scene *scene;
+	unsigned int state;
+	int r = scene_new(desc, pictures, frame, isa, &scene, err);
+
+	if (r < 0)
+		return r;
+	state = pen_isa_denormals_flush();
+	r = pen_geometry_init(&scene->geometry, desc, frame, err);
+	if (r == 0)
+		r = pen_trace_create(&scene->geometry, isa, scene->kernel, &scene->trace, err);
+	if (r == 0)
+		r = create_tables(scene, err);
+	pen_isa_denormals_restore(state);
+	return conclude(scene, r, ret_scene);
+}
+
+int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	uint32_t frame, enum pen_isa isa, const struct pen_geometry *geometry,
+	struct pen_trace *base, uint32_t shape_first, struct pen_render_scene **ret_scene,
+	struct pen_error *err)
+{
+	struct pen_render_scene *scene;
+	unsigned int state;
+	int r = scene_new(desc, pictures, frame, isa, &scene, err);
+
+	if (r < 0)
+		return r;
+	scene->is_of_shot = true;
+	scene->geometry = *geometry;
+	state = pen_isa_denormals_flush();
+	r = pen_trace_create_on(base, &scene->geometry, shape_first, &scene->trace, err);
+	if (r == 0)
+		r = create_tables(scene, err);
+	pen_isa_denormals_restore(state);
+	return conclude(scene, r, ret_scene);
 }
 
 void pen_render_scene_destroy(struct pen_render_scene *scene)
@@ -191,7 +247,8 @@ void pen_render_scene_destroy(struct pen_render_scene *scene)
 	free(scene->targets);
 	free(scene->surfaces);
 	pen_trace_destroy(scene->trace);
-	pen_geometry_finish(&scene->geometry);
+	if (!scene->is_of_shot)
+		pen_geometry_finish(&scene->geometry);
 	free(scene);
 }
 

@@ -50,9 +50,12 @@ struct pen_target {
 	uint32_t normal_offset; /* see struct pen_model */
 };
 
+/* A scene as one frame shows it. */
 struct pen_render_scene {
 	const struct pen_scene *desc;
 	const struct pen_pictures *pictures; /* NULL: none */
+	uint32_t frame;
+	bool is_of_shot; /* whose pools the geometry is in */
 	const struct pen_kernel *kernel;
 	struct pen_geometry geometry;
 	struct pen_trace *trace;
@@ -66,6 +69,19 @@ struct pen_render_scene {
 	bool chooses_light;
 	struct pen_vec3 background;
 };
+
+/*
+ * A frame of a shot: geometry is a view of the shot's pools, and its shapes from shape_first on
+ * are the frame's, those before base's. Both must outlive the result.
+ */
+int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pictures *pictures,
+	uint32_t frame, enum pen_isa isa, const struct pen_geometry *geometry,
+	struct pen_trace *base, uint32_t shape_first, struct pen_render_scene **ret_scene,
+	struct pen_error *err);
+
+/* The kernel of an instruction set; PEN_EUNSUPPORTED when this processor does not run it. */
+int pen_render_kernel(
+	enum pen_isa isa, const struct pen_kernel **ret_kernel, struct pen_error *err);
 
 /* All lights are sampled at a hit up to this number of them. */
 enum { PEN_LIGHTS_SAMPLED_MAX = 8 };

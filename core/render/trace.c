@@ -30,15 +30,16 @@ struct sphere_set {
 };
 
 struct pen_trace {
+	struct pen_trace *base; /* whose trees this one stands on, or NULL */
 	RTCDevice device;
 	RTCScene scene;
 	struct sphere_set *sets; /* by model */
 	RTCScene *models;	 /* of those that are placed, by model; NULL for the others */
 	RTCGeometry *shapes;	 /* instances, by shape; NULL for the others; owned by scene */
-	uint32_t model_count;
-	bool is_tree_empty;	    /* all is in the handful */
-	bool occludes_coherently;   /* rtcOccluded16 ends with the coherent flag */
-	struct pen_handful handful; /* what is not in scene */
+	uint32_t model_count, shape_count; /* those of base included */
+	bool is_tree_empty;		   /* all is in the handful, or in base */
+	bool occludes_coherently;	   /* rtcOccluded16 ends with the coherent flag */
+	struct pen_handful handful;	   /* what is not in scene */
 	const struct pen_kernel *kernel;
 };
 
@@ -216,6 +217,8 @@ static RTCScene scene_create(RTCDevice device)
 static RTCScene model_scene(
 	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t model)
 {
+	if (trace->base && model < trace->base->model_count)
+		trace = trace->base;
 	if (!trace->models[model]) {
 		trace->models[model] = scene_create(trace->device);
 		attach_model(trace, trace->models[model], 0, geometry, model);
@@ -282,11 +285,12 @@ static void prepare_spheres(struct pen_trace *trace, const struct pen_geometry *
 	}
 }
 
-static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *geometry)
+static void attach_shapes(
+	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t first)
 {
 	trace->scene = scene_create(trace->device);
 	trace->is_tree_empty = true;
-	for (uint32_t id = 0; id < geometry->shape_count; id++) {
+	for (uint32_t id = first; id < geometry->shape_count; id++) {
 		const struct pen_shape *shape = &geometry->shapes[id];
 
 		if (pen_handful_take(&trace->handful, geometry, id))
@@ -300,45 +304,82 @@ static void attach_shapes(struct pen_trace *trace, const struct pen_geometry *ge
 	rtcCommitScene(trace->scene);
 }
 
-int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
-	const struct pen_kernel *kernel, struct pen_trace **ret_trace, struct pen_error *err)
+static int trace_new(const struct pen_geometry *geometry, const struct pen_kernel *kernel,
+	struct pen_trace **ret_trace, struct pen_error *err)
 {
 	struct pen_trace *trace = calloc(1, sizeof *trace);
-	enum RTCError failure;
-	int r;
 
 	if (!trace)
 		return pen_error_memory(err);
 	trace->kernel = kernel;
+	trace->model_count = geometry->model_count;
+	trace->shape_count = geometry->shape_count;
+	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
+	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
+	trace->sets = calloc(geometry->model_count + 1ul, sizeof *trace->sets);
+	if (!trace->models || !trace->shapes || !trace->sets) {
+		pen_trace_destroy(trace);
+		return pen_error_memory(err);
+	}
+	*ret_trace = trace;
+	return 0;
+}
+
+static int build(struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t first,
+	struct pen_error *err)
+{
+	enum RTCError failure;
+
+	prepare_spheres(trace, geometry, trace->kernel);
+	attach_shapes(trace, geometry, first);
+	failure = rtcGetDeviceError(trace->device);
+	if (failure == RTC_ERROR_NONE)
+		return 0;
+	return pen_error_set(err, failure == RTC_ERROR_OUT_OF_MEMORY ? PEN_ENOMEM : PEN_EINVALID,
+		"Embree refuses the scene (error %d)", (int)failure);
+}
+
+int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
+	const struct pen_kernel *kernel, struct pen_trace **ret_trace, struct pen_error *err)
+{
+	struct pen_trace *trace;
+	int r = trace_new(geometry, kernel, &trace, err);
+
+	if (r < 0)
+		return r;
 	/*
 	 * With native packets of sixteen, Embree 3.13.5's coherent occlusion never returns from
 	 * some packets with idle lanes among moving instances.
 	 */
 	trace->occludes_coherently = isa != PEN_ISA_V4;
-	trace->model_count = geometry->model_count;
-	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
-	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
-	trace->sets = calloc(geometry->model_count + 1ul, sizeof *trace->sets);
-	if (!trace->models || !trace->shapes || !trace->sets) {
-		r = pen_error_memory(err);
-		goto fail;
-	}
 	r = device_take(isa, &trace->device, err);
+	if (r == 0)
+		r = build(trace, geometry, 0, err);
 	if (r < 0)
-		goto fail;
-	prepare_spheres(trace, geometry, kernel);
-	attach_shapes(trace, geometry);
-	failure = rtcGetDeviceError(trace->device);
-	if (failure != RTC_ERROR_NONE) {
-		r = pen_error_set(err,
-			failure == RTC_ERROR_OUT_OF_MEMORY ? PEN_ENOMEM : PEN_EINVALID,
-			"Embree refuses the scene (error %d)", (int)failure);
-		goto fail;
-	}
-	*ret_trace = trace;
-	return 0;
-fail:
-	pen_trace_destroy(trace);
+		pen_trace_destroy(trace);
+	else
+		*ret_trace = trace;
+	return r;
+}
+
+int pen_trace_create_on(struct pen_trace *base, const struct pen_geometry *geometry, uint32_t first,
+	struct pen_trace **ret_trace, struct pen_error *err)
+{
+	struct pen_trace *trace;
+	int r = trace_new(geometry, base->kernel, &trace, err);
+
+	if (r < 0)
+		return r;
+	trace->base = base;
+	trace->occludes_coherently = base->occludes_coherently;
+	trace->device = base->device;
+	rtcRetainDevice(trace->device);
+	trace->handful = base->handful;
+	r = build(trace, geometry, first, err);
+	if (r < 0)
+		pen_trace_destroy(trace);
+	else
+		*ret_trace = trace;
 	return r;
 }
 
@@ -359,15 +400,29 @@ void pen_trace_destroy(struct pen_trace *trace)
 	free(trace);
 }
 
-double pen_trace_radius(const struct pen_trace *trace)
+static void extend_box(const struct pen_trace *trace, float box[2][3])
 {
 	struct RTCBounds b;
-	double sum = 0.0;
 
 	rtcGetSceneBounds(trace->scene, &b);
 
-	float box[2][3] = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+	const float lower[3] = {b.lower_x, b.lower_y, b.lower_z};
+	const float upper[3] = {b.upper_x, b.upper_y, b.upper_z};
 
+	for (int k = 0; k < 3; k++) {
+		box[0][k] = fminf(box[0][k], lower[k]);
+		box[1][k] = fmaxf(box[1][k], upper[k]);
+	}
+}
+
+double pen_trace_radius(const struct pen_trace *trace)
+{
+	float box[2][3] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+	double sum = 0.0;
+
+	extend_box(trace, box);
+	if (trace->base)
+		extend_box(trace->base, box);
 	pen_handful_extend_box(&trace->handful, box);
 	for (int k = 0; k < 3 && box[0][k] <= box[1][k]; k++) {
 		const double size = (double)box[1][k] - (double)box[0][k];
@@ -436,6 +491,9 @@ uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct 
 	memset(packet->hits.geometry, 0xff, sizeof packet->hits.geometry);
 	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
 	trace->kernel->handful_closest(&trace->handful, packet);
+	if (trace->base && !trace->base->is_tree_empty)
+		rtcIntersect16(
+			valid, trace->base->scene, &context, (struct RTCRayHit16 *)(void *)packet);
 	if (!trace->is_tree_empty)
 		rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
 	return dropped;
@@ -447,8 +505,14 @@ uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(rays, valid);
 
-	if (trace->kernel->handful_occluded(&trace->handful, rays) && !trace->is_tree_empty)
-		rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
+	if (trace->kernel->handful_occluded(&trace->handful, rays)) {
+		if (trace->base && !trace->base->is_tree_empty)
+			rtcOccluded16(valid, trace->base->scene, &context,
+				(struct RTCRay16 *)(void *)rays);
+		if (!trace->is_tree_empty)
+			rtcOccluded16(
+				valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
+	}
 	for (int i = 0; i < PEN_LANES; i++)
 		rays->tfar[i] = valid[i] ? rays->tfar[i] : -1.0f;
 	return dropped;
@@ -457,6 +521,8 @@ uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct
 void pen_trace_placement(
 	const struct pen_trace *trace, uint32_t shape, float time, float ret_world[3][4])
 {
+	if (trace->base && shape < trace->base->shape_count)
+		trace = trace->base;
 	rtcGetGeometryTransform(
 		trace->shapes[shape], time, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, ret_world);
 }

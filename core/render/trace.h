@@ -31,6 +31,14 @@ int pen_trace_warm_up(enum pen_isa isa, struct pen_error *err);
  */
 int pen_trace_create(const struct pen_geometry *geometry, enum pen_isa isa,
 	const struct pen_kernel *kernel, struct pen_trace **ret_trace, struct pen_error *err);
+
+/*
+ * The same of the shapes from first on; rays meet what is in base before them. The geometry is
+ * base's with more at its end. base gets the trees of its models when they are placed first, so
+ * that the next to stand on it finds them. It must outlive the result.
+ */
+int pen_trace_create_on(struct pen_trace *base, const struct pen_geometry *geometry, uint32_t first,
+	struct pen_trace **ret_trace, struct pen_error *err);
 void pen_trace_destroy(struct pen_trace *trace);
 
 /* Half the diagonal of the scene's bounding box; 0 for an empty scene. */

@@ -244,6 +244,7 @@ void coordinator_lease(struct coordinator *c, uint64_t lease, uint32_t seed, uin
 						    .job = 7,
 						    .epoch = 1,
 						    .tile = (uint32_t)(lease % 8),
+						    .frame = 1,
 						    .rect = tile_of(lease),
 						    .sample_first = 1,
 						    .sample_end = 16,

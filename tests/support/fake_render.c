@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "core/render/render.h"
+#include "core/render/shot.h"
 
 #include "core/base/limits.h"
 #include "core/render/pictures.h"
@@ -25,12 +25,20 @@ enum {
 	SEED_SLOW_BUILD = 666007   /* building takes 500 ms */
 };
 
+/* How many frames of an animation stand ready at a time. */
+enum { FRAMES_READY = 4, SEED_FAIL_FRAME = 666008 /* frame 9 cannot be built */ };
+
 struct pen_render_scene {
-	uint32_t seed;
+	uint32_t seed, frame;
+};
+
+struct pen_render_shot {
+	uint32_t seed, last, first, count;
+	struct pen_render_scene scenes[FRAMES_READY];
 };
 
 struct pen_renderer {
-	uint32_t seed;
+	uint32_t seed, frame;
 };
 
 static void sleep_ms(long ms)
@@ -88,8 +96,8 @@ int pen_pictures_load(const struct pen_scene *scene, const struct pen_blob *blob
 	return 0;
 }
 
-int pen_render_scene_create(const struct pen_scene *scene, const struct pen_pictures *pictures,
-	enum pen_isa isa, struct pen_render_scene **ret_scene, struct pen_error *err)
+int pen_render_shot_create(const struct pen_scene *scene, const struct pen_pictures *pictures,
+	enum pen_isa isa, struct pen_render_shot **ret_shot, struct pen_error *err)
 {
 	(void)pictures;
 	(void)isa;
@@ -99,16 +107,40 @@ int pen_render_scene_create(const struct pen_scene *scene, const struct pen_pict
 		abort();
 	if (scene->sampling.seed == SEED_SLOW_BUILD)
 		sleep_ms(500);
-	*ret_scene = malloc(sizeof **ret_scene);
-	if (!*ret_scene)
+	*ret_shot = calloc(1, sizeof **ret_shot);
+	if (!*ret_shot)
 		return pen_error_memory(err);
-	(*ret_scene)->seed = scene->sampling.seed;
+	(*ret_shot)->seed = scene->sampling.seed;
+	(*ret_shot)->last = scene->frames.last;
 	return 0;
 }
 
-void pen_render_scene_destroy(struct pen_render_scene *scene)
+int pen_render_shot_prepare(struct pen_render_shot *shot, uint32_t frame, struct pen_error *err)
 {
-	free(scene);
+	if (pen_render_shot_scene(shot, frame))
+		return 0;
+	if (shot->seed == SEED_FAIL_FRAME && frame == 9)
+		return pen_error_set(err, PEN_EINVALID, "this frame cannot be built");
+	shot->first = frame;
+	shot->count = shot->last - frame < FRAMES_READY ? shot->last - frame + 1 : FRAMES_READY;
+	for (uint32_t i = 0; i < shot->count; i++)
+		shot->scenes[i] = (struct pen_render_scene){shot->seed, frame + i};
+	return 0;
+}
+
+const struct pen_render_scene *pen_render_shot_scene(
+	const struct pen_render_shot *shot, uint32_t frame)
+{
+	if (frame < shot->first || frame - shot->first >= shot->count)
+		return NULL;
+	return &shot->scenes[frame - shot->first];
+}
+
+void pen_render_shot_ready(
+	const struct pen_render_shot *shot, uint32_t *ret_first, uint32_t *ret_end)
+{
+	*ret_first = shot->first;
+	*ret_end = shot->first + shot->count;
 }
 
 int pen_renderer_create(const struct pen_render_scene *scene, struct pen_renderer **ret_renderer,
@@ -117,8 +149,14 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 	*ret_renderer = malloc(sizeof **ret_renderer);
 	if (!*ret_renderer)
 		return pen_error_memory(err);
-	(*ret_renderer)->seed = scene->seed;
+	pen_renderer_set_scene(*ret_renderer, scene);
 	return 0;
+}
+
+void pen_renderer_set_scene(struct pen_renderer *renderer, const struct pen_render_scene *scene)
+{
+	renderer->seed = scene->seed;
+	renderer->frame = scene->frame;
 }
 
 void pen_renderer_destroy(struct pen_renderer *renderer)

@@ -355,7 +355,7 @@ int main(int argc, char **argv)
 	if (options.has_rect)
 		scene->image.crop = options.rect;
 	pictures = load_pictures(scene, options.assets_path);
-	if (pen_render_scene_create(scene, pictures, options.isa, &ready, &err) < 0)
+	if (pen_render_scene_create(scene, pictures, options.frame, options.isa, &ready, &err) < 0)
 		fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);
 	plan = make_plan(

@@ -111,7 +111,7 @@ static uint64_t digest_of(enum pen_isa isa, const char *integrator)
 	struct pen_render_scene *ready = NULL;
 	struct pen_renderer *renderer = NULL;
 
-	if (pen_render_scene_create(scene, NULL, isa, &ready, &err) < 0)
+	if (pen_render_scene_create(scene, NULL, 1, isa, &ready, &err) < 0)
 		fail_msg("%s", err.text);
 	assert_int_equal(pen_renderer_create(ready, &renderer, &err), 0);
 	pen_renderer_unit(renderer, &unit, pixels, NULL, NULL);

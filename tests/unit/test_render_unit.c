@@ -92,7 +92,7 @@ static struct made make(const char *text, enum pen_isa isa)
 	struct pen_error err = PEN_ERROR_INIT;
 	struct made made = {.scene = parse(text)};
 
-	if (pen_render_scene_create(made.scene, NULL, isa, &made.ready, &err) < 0)
+	if (pen_render_scene_create(made.scene, NULL, 1, isa, &made.ready, &err) < 0)
 		fail_msg("%s", err.text);
 	assert_int_equal(pen_renderer_create(made.ready, &made.renderer, &err), 0);
 	return made;
@@ -257,13 +257,13 @@ static void test_singular_transform_is_refused_by_name(void **state)
 	scene = parse(text);
 	scene->objects[4].keys[1].pose.scale[2] = 0.0;
 	assert_int_equal(
-		pen_render_scene_create(scene, NULL, pen_isa_best(), &ready, &err), PEN_EINVALID);
+		pen_render_scene_create(scene, NULL, 1, pen_isa_best(), &ready, &err), PEN_EINVALID);
 	assert_non_null(strstr(err.text, "bar"));
 	assert_null(ready);
 	/* A scale that changes its sign is flat somewhere between the keys. */
 	scene->objects[4].keys[1].pose.scale[2] = -1.0;
 	assert_int_equal(
-		pen_render_scene_create(scene, NULL, pen_isa_best(), &ready, &err), PEN_EINVALID);
+		pen_render_scene_create(scene, NULL, 1, pen_isa_best(), &ready, &err), PEN_EINVALID);
 	pen_scene_destroy(scene);
 }
 
