@@ -7,9 +7,11 @@ set -euo pipefail
 
 packages=(
     cmake ninja-build pkgconf   # the build
-    g++                         # C11 (gcc comes along) and the C++ shim around OpenImageIO
+    g++                         # C11 (gcc comes along), C++ shims around OpenImageIO and tinygltf
     libembree-dev               # ray traversal
     libopenimageio-dev          # PNG, JPEG, EXR and HDR files
+    libtinygltf-dev             # glTF's text
+    nlohmann-json3-dev          # which tinygltf reads it with
     libjansson-dev              # JSON of scenes and answers
     libmicrohttpd-dev           # the HTTP interface
     libuv1-dev                  # event loops of coordinator and worker
@@ -29,6 +31,7 @@ test_packages=(
     python3-numpy               # images and closed forms in the tests
     python3-jsonschema          # the schema of the scene format against the parser
     python3-openimageio         # reads back what the program wrote
+    assimp-testmodels           # glTF files, good and broken, that are not ours
     libcmocka-dev               # unit tests in C
     curl                        # README's walk-through, and a client that is not ours
     procps                      # the tests look at processes

@@ -28,6 +28,8 @@
 #define PEN_WHITTED_DEPTH_MAX  12u
 #define PEN_OBJECTS_MAX	       65536u
 #define PEN_LIGHTS_MAX	       65536u
+#define PEN_MATERIALS_MAX      65536u
+#define PEN_NODES_MAX	       262144u
 #define PEN_KEYFRAMES_MAX      4096u
 #define PEN_BLADES_MAX	       32u
 #define PEN_FILTER_WIDTH_MAX   32.0
@@ -46,6 +48,17 @@
 #define PEN_PICTURE_CHANNELS_MAX 64u	     /* that are stored; four are read */
 #define PEN_PICTURE_SCANS_MAX	 64u	     /* of a JPEG */
 #define PEN_PICTURES_BYTES_MAX	 (2ul << 30) /* decoded, all of a scene with their averages */
+
+/* glTF assets */
+#define PEN_GLTF_TEXT_BYTES_MAX	 (256u << 20)
+#define PEN_GLTF_TEXT_DEPTH_MAX	 64u
+#define PEN_GLTF_TEXT_VALUES_MAX 2000000u
+#define PEN_GLTF_LIST_MAX	 65536u /* elements of one kind in one asset */
+#define PEN_GLTF_DEPTH_MAX	 256u	/* of its node tree */
+#define PEN_GLTF_MORPHS_MAX	 64u	/* targets of one mesh */
+#define PEN_GLTF_WARNINGS_MAX	 64u
+#define PEN_GLTF_TEXTURES_MAX	 8192u	     /* and pictures, of a scene with all its assets */
+#define PEN_GLTF_MEMORY_MAX	 (4ul << 30) /* what all assets of a scene hold, read out */
 
 /* Tiles and rounds */
 #define PEN_TILE_SIDE_MAX     256u

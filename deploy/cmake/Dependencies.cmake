@@ -6,4 +6,7 @@ foreach(name IN ITEMS jansson libmicrohttpd libuv libprotobuf-c sqlite3 libxxhas
     pkg_check_modules(${short} REQUIRED IMPORTED_TARGET ${name})
 endforeach()
 find_package(embree 3.13 REQUIRED)
+# Headers alone: tinygltf is compiled without its image decoder and its files.
+find_path(TINYGLTF_INCLUDE tiny_gltf.h REQUIRED)
+find_path(NLOHMANN_JSON_INCLUDE nlohmann/json.hpp REQUIRED)
 find_program(PROTOC_C protoc-c REQUIRED)
