@@ -34,6 +34,7 @@
 #define PEN_BLADES_MAX	       32u
 #define PEN_FILTER_WIDTH_MAX   32.0
 #define PEN_ASSETS_MAX	       4096u /* mentions of files in a scene text */
+#define PEN_ASSET_BYTES_MAX    (1ull << 30)
 #define PEN_TEXTURES_MAX       2048u
 #define PEN_PATTERN_MAX	       16u /* side of a block of pixels */
 #define PEN_FRAMES_MAX	       100000u

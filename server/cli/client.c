@@ -18,8 +18,9 @@ struct pen_client {
 	char *url;
 	struct pen_buf body; /* of an answer that is JSON, or a refusal */
 	json_t *answer;
-	int fd;		 /* of a download, else -1 */
-	int write_errno; /* why a download could not be stored */
+	int fd;				      /* of a download, else -1 */
+	int write_errno;		      /* why a download could not be stored */
+	const struct pen_client_watch *watch; /* of an upload, else NULL */
 	char reason[CURL_ERROR_SIZE];
 };
 
@@ -61,11 +62,12 @@ json_t *pen_client_answer(const struct pen_client *client)
 static int handle_progress(
 	void *user, curl_off_t total, curl_off_t now, curl_off_t up_total, curl_off_t up_now)
 {
-	(void)user;
+	const struct pen_client *client = user;
+
 	(void)total;
 	(void)now;
-	(void)up_total;
-	(void)up_now;
+	if (client->watch && up_total > 0)
+		client->watch->moved(client->watch->user, (double)up_now / (double)up_total);
 	return pen_interrupted();
 }
 
@@ -103,6 +105,7 @@ static void prepare(struct pen_client *client, int fd)
 	/* A reset forgets the options, not the connection. */
 	curl_easy_reset(curl);
 	client->fd = fd;
+	client->watch = NULL;
 	client->write_errno = 0;
 	client->reason[0] = '\0';
 	pen_buf_clear(&client->body);
@@ -118,6 +121,7 @@ static void prepare(struct pen_client *client, int fd)
 	curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, client->reason);
 	curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
 	curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, handle_progress);
+	curl_easy_setopt(curl, CURLOPT_XFERINFODATA, client);
 	curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, handle_bytes);
 	curl_easy_setopt(curl, CURLOPT_WRITEDATA, client);
 }
@@ -182,27 +186,45 @@ static int perform(
 	return status_of(client) / 100 == 2 ? 0 : refusal(client, err);
 }
 
+/* perform with a body of a media type. */
+static int send_body(struct pen_client *client, const char *method, const char *path,
+	const char *content_type, const void *body, size_t size, struct pen_error *err)
+{
+	struct curl_slist *headers = curl_slist_append(NULL, content_type);
+	int r;
+
+	if (!headers)
+		return pen_error_memory(err);
+	curl_easy_setopt(client->curl, CURLOPT_HTTPHEADER, headers);
+	curl_easy_setopt(client->curl, CURLOPT_POSTFIELDS, body);
+	curl_easy_setopt(client->curl, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)size);
+	r = perform(client, method, path, err);
+	curl_slist_free_all(headers);
+	return r;
+}
+
 int pen_client_call(struct pen_client *client, const char *method, const char *path,
 	const char *body, size_t size, struct pen_error *err)
 {
-	struct curl_slist *headers = NULL;
 	int r;
 
 	prepare(client, -1);
-	if (body) {
-		headers = curl_slist_append(NULL, "Content-Type: application/json");
-		if (!headers)
-			return pen_error_memory(err);
-		curl_easy_setopt(client->curl, CURLOPT_HTTPHEADER, headers);
-		curl_easy_setopt(client->curl, CURLOPT_POSTFIELDS, body);
-		curl_easy_setopt(client->curl, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)size);
-	}
-	r = perform(client, method, path, err);
-	curl_slist_free_all(headers);
+	r = body ? send_body(
+			   client, method, path, "Content-Type: application/json", body, size, err)
+		 : perform(client, method, path, err);
 	if (r == 0 && !json_is_object(client->answer))
 		return pen_error_set(
 			err, PEN_EPROTOCOL, "%s: the answer is not a JSON object", client->url);
 	return r;
+}
+
+int pen_client_upload(struct pen_client *client, const char *path, const void *data, size_t size,
+	const struct pen_client_watch *watch, struct pen_error *err)
+{
+	prepare(client, -1);
+	client->watch = watch;
+	return send_body(
+		client, "PUT", path, "Content-Type: application/octet-stream", data, size, err);
 }
 
 int pen_client_download(struct pen_client *client, const char *path, int fd, struct pen_error *err)

@@ -30,6 +30,16 @@ int pen_client_call(struct pen_client *client, const char *method, const char *p
 /* Gets path and writes the bytes to fd from its beginning on. */
 int pen_client_download(struct pen_client *client, const char *path, int fd, struct pen_error *err);
 
+/* Hears of an upload, whose share that has gone out is 0..1. */
+struct pen_client_watch {
+	void (*moved)(void *user, double share);
+	void *user;
+};
+
+/* Puts the bytes at path; whatever the answer's body is. */
+int pen_client_upload(struct pen_client *client, const char *path, const void *data, size_t size,
+	const struct pen_client_watch *watch, struct pen_error *err);
+
 /* The last answer's JSON, also of a refusal; NULL without one. Borrowed. */
 json_t *pen_client_answer(const struct pen_client *client);
 

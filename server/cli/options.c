@@ -6,6 +6,7 @@
 #include "server/cli/output.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,6 +59,90 @@ static bool output_add(struct pen_options *options, const char *path)
 	return true;
 }
 
+/* Exactly count finite numbers with commas between them. */
+static bool reals_parse(const char *text, size_t count, double *ret_numbers)
+{
+	for (size_t i = 0; i < count; i++) {
+		char *end;
+
+		ret_numbers[i] = strtod(text, &end);
+		if (end == text || !isfinite(ret_numbers[i]) ||
+			*end != (i + 1 < count ? ',' : '\0'))
+			return false;
+		text = end + 1;
+	}
+	return true;
+}
+
+/* The scene's own background, whatever it is, gives way. */
+static void background_set(struct pen_options *options, const double *color)
+{
+	override_set(
+		options, "background", "color", json_pack("[f,f,f]", color[0], color[1], color[2]));
+	override_set(options, "background", "image", json_null());
+	override_set(options, "background", "intensity", json_null());
+	override_set(options, "background", "rotation", json_null());
+}
+
+static void shutter_set(struct pen_options *options)
+{
+	override_set(options, "camera", "shutter",
+		json_pack("{s:f,s:f}", "open", options->time, "close",
+			options->time + options->shutter));
+}
+
+/* As override_read, of the options whose values are no whole numbers. */
+static bool reals_read(struct pen_options *options, int option, const char *text)
+{
+	double n[3];
+
+	if (!reals_parse(text, option == PEN_OPTION_BACKGROUND ? 3 : 1, n))
+		return false;
+	switch (option) {
+	case PEN_OPTION_APERTURE_RADIUS:
+		override_set(options, "camera", "aperture_radius", json_real(n[0]));
+		break;
+	case PEN_OPTION_FOCUS_DISTANCE:
+		override_set(options, "camera", "focus_distance", json_real(n[0]));
+		break;
+	case PEN_OPTION_TIME:
+		options->time = n[0];
+		shutter_set(options);
+		break;
+	case PEN_OPTION_SHUTTER:
+		options->shutter = n[0];
+		shutter_set(options);
+		break;
+	default: background_set(options, n); break;
+	}
+	return true;
+}
+
+/* What the scene says for another mode gives way with it. */
+static bool mode_read(struct pen_options *options, const char *text)
+{
+	static const struct {
+		const char *name, *keys[4];
+	} modes[] = {
+		{"uniform", {NULL}},
+		{"edge", {"threshold"}},
+		{"adaptive", {"error", "confidence", "min_samples"}},
+		{"interleaved", {"pattern"}},
+	};
+	bool found = false;
+
+	for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
+		if (strcmp(text, modes[i].name) == 0) {
+			override_set(options, "sampling", "mode", json_string(text));
+			found = true;
+			continue;
+		}
+		for (const char *const *key = modes[i].keys; *key; key++)
+			override_set(options, "sampling", *key, json_null());
+	}
+	return found;
+}
+
 /* Numbers are only read here: whether they make sense together is the server's to say. */
 static bool override_read(struct pen_options *options, int option, const char *text)
 {
@@ -77,6 +162,12 @@ static bool override_read(struct pen_options *options, int option, const char *t
 		override_set(options, "image", "width", json_integer(n[0]));
 		override_set(options, "image", "height", json_integer(n[1]));
 		return true;
+	case PEN_OPTION_MODE: return mode_read(options, text);
+	case PEN_OPTION_APERTURE_RADIUS:
+	case PEN_OPTION_FOCUS_DISTANCE:
+	case PEN_OPTION_TIME:
+	case PEN_OPTION_SHUTTER:
+	case PEN_OPTION_BACKGROUND: return reals_read(options, option, text);
 	default:
 		if (!numbers_parse(text, ',', 4, n))
 			return false;
@@ -122,6 +213,12 @@ static const char *expected(int option)
 	case PEN_OPTION_SIZE: return "WIDTHxHEIGHT in pixels";
 	case PEN_OPTION_CROP: return "LEFT,TOP,RIGHT,BOTTOM in pixels";
 	case PEN_OPTION_SERVER: return "a URL";
+	case PEN_OPTION_MODE: return "uniform, edge, adaptive or interleaved";
+	case PEN_OPTION_APERTURE_RADIUS:
+	case PEN_OPTION_FOCUS_DISTANCE: return "a length";
+	case PEN_OPTION_TIME:
+	case PEN_OPTION_SHUTTER: return "a number of seconds";
+	case PEN_OPTION_BACKGROUND: return "RED,GREEN,BLUE";
 	default: return "a whole number below 2^32";
 	}
 }

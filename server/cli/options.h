@@ -16,6 +16,7 @@ struct pen_options {
 	const char *outputs[PEN_OUTPUTS_MAX];
 	size_t output_count;
 	const char *processes, *isa; /* NULL: not given */
+	double time, shutter;	     /* seconds; they are part of override in the end */
 	json_t *override;	     /* merge patch onto the scene, or NULL */
 	const char *operand;	     /* the one word that is no option, or NULL */
 };
@@ -32,8 +33,40 @@ enum pen_option {
 	PEN_OPTION_SAMPLES,
 	PEN_OPTION_SIZE,
 	PEN_OPTION_CROP,
-	PEN_OPTION_SEED
+	PEN_OPTION_SEED,
+	PEN_OPTION_MODE,
+	PEN_OPTION_APERTURE_RADIUS,
+	PEN_OPTION_FOCUS_DISTANCE,
+	PEN_OPTION_TIME,
+	PEN_OPTION_SHUTTER,
+	PEN_OPTION_BACKGROUND
 };
+
+/* Options that change the scene: their rows in a command's table, and their lines in its help. */
+#define PEN_SCENE_OPTIONS                                                                          \
+	{"samples", required_argument, NULL, PEN_OPTION_SAMPLES},                                  \
+		{"size", required_argument, NULL, PEN_OPTION_SIZE},                                \
+		{"crop", required_argument, NULL, PEN_OPTION_CROP},                                \
+		{"seed", required_argument, NULL, PEN_OPTION_SEED},                                \
+		{"mode", required_argument, NULL, PEN_OPTION_MODE},                                \
+		{"aperture-radius", required_argument, NULL, PEN_OPTION_APERTURE_RADIUS},          \
+		{"focus-distance", required_argument, NULL, PEN_OPTION_FOCUS_DISTANCE},            \
+		{"time", required_argument, NULL, PEN_OPTION_TIME},                                \
+		{"shutter", required_argument, NULL, PEN_OPTION_SHUTTER},                          \
+	{                                                                                          \
+		"background", required_argument, NULL, PEN_OPTION_BACKGROUND                       \
+	}
+#define PEN_SCENE_OPTIONS_HELP                                                                     \
+	"  --samples N          samples per pixel, instead of the scene's\n"                       \
+	"  --size WxH           image size in pixels, instead of the scene's\n"                    \
+	"  --crop L,T,R,B       render these pixels only (right and bottom excluded)\n"            \
+	"  --seed N             seed of the samples, instead of the scene's\n"                     \
+	"  --mode NAME          uniform, edge, adaptive or interleaved\n"                          \
+	"  --aperture-radius N  radius of the lens; 0 is a pinhole\n"                              \
+	"  --focus-distance N   what lies there is sharp\n"                                        \
+	"  --time N             second at which the shutter opens\n"                               \
+	"  --shutter N          seconds that it stays open\n"                                      \
+	"  --background R,G,B   radiance where nothing is, instead of the scene's background\n"
 
 enum pen_operand { PEN_OPERAND_NONE, PEN_OPERAND_OPTIONAL, PEN_OPERAND_REQUIRED };
 

@@ -68,25 +68,54 @@ static void bar_draw(double share, const char *text)
 	(void)fflush(stderr);
 }
 
-void pen_progress_update(struct pen_progress *progress, const struct pen_resource *resource)
+/* Whether something is to be shown now. */
+static bool is_due(struct pen_progress *progress)
 {
-	bool bar = progress->style == PEN_PROGRESS_BAR;
-	int64_t interval_ms = bar ? BAR_INTERVAL_MS : LINE_INTERVAL_MS;
-	int64_t now_ms = pen_clock_ms();
-	double share = resource->progress < 1 ? resource->progress : 1;
-	char text[TEXT_MAX];
+	const int64_t interval_ms =
+		progress->style == PEN_PROGRESS_BAR ? BAR_INTERVAL_MS : LINE_INTERVAL_MS;
+	const int64_t now_ms = pen_clock_ms();
 
 	if (progress->style == PEN_PROGRESS_NONE || now_ms - progress->shown_ms < interval_ms)
-		return;
+		return false;
 	progress->shown_ms = now_ms;
+	return true;
+}
+
+static void show(struct pen_progress *progress, double share, const char *text)
+{
+	progress->drawn = progress->style == PEN_PROGRESS_BAR;
 	if (!(share > 0))
 		share = 0;
-	rate_format(resource, text, sizeof text);
-	if (bar)
+	if (share > 1)
+		share = 1;
+	if (progress->drawn)
 		bar_draw(share, text);
 	else
 		(void)fprintf(stderr, "%d%%  %s\n", (int)(share * 100), text);
-	progress->drawn = bar;
+}
+
+void pen_progress_update(struct pen_progress *progress, const struct pen_resource *resource)
+{
+	char text[TEXT_MAX];
+
+	if (!is_due(progress))
+		return;
+	rate_format(resource, text, sizeof text);
+	show(progress, resource->progress, text);
+}
+
+void pen_progress_transfer(struct pen_progress *progress, const char *name, double share)
+{
+	char text[TEXT_MAX];
+
+	if (!is_due(progress))
+		return;
+	/* A name is somebody's: it must not drive the terminal. */
+	(void)snprintf(text, sizeof text, "uploading %.60s", name);
+	for (char *c = text; *c; c++)
+		if ((unsigned char)*c < ' ' || *c == 0x7F)
+			*c = '?';
+	show(progress, share, text);
 }
 
 void pen_progress_finish(struct pen_progress *progress)

@@ -21,6 +21,9 @@ void pen_progress_init(struct pen_progress *progress, bool quiet);
 /* Shows the render's state when it is time to. */
 void pen_progress_update(struct pen_progress *progress, const struct pen_resource *resource);
 
+/* Shows that a share (0..1) of a file has been uploaded, when it is time to. */
+void pen_progress_transfer(struct pen_progress *progress, const char *name, double share);
+
 /* Takes the bar away, so that the next text starts on an empty line. */
 void pen_progress_finish(struct pen_progress *progress);
 

@@ -7,7 +7,8 @@
 #include "server/cli/print.h"
 #include "server/cli/private_farm.h"
 #include "server/cli/renders.h"
-#include "server/cli/scene_text.h"
+#include "server/cli/source.h"
+#include "server/cli/upload.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -15,17 +16,15 @@
 enum { INTERVAL_MS = 20, URL_SIZE = 32 };
 
 static const char help[] =
-	"usage: penumbra render [OPTION…] SCENE.json -o FILE [-o FILE…]\n"
+	"usage: penumbra render [OPTION…] SCENE -o FILE [-o FILE…]\n"
 	"\n"
-	"Renders the scene (\"-\": standard input) on this machine, with a coordinator and workers "
-	"of\n"
-	"its own, and writes the image. The extension decides the format: .png .exr .jpg .hdr.\n"
+	"Renders the scene on this machine, with a coordinator and workers of its own, and writes\n"
+	"the image. The extension decides the format: .png .exr .jpg .hdr.\n"
 	"\n"
-	"  -o, --output FILE    where to; may be given up to 8 times\n"
-	"  --samples N          samples per pixel, instead of the scene's\n"
-	"  --size WxH           image size in pixels, instead of the scene's\n"
-	"  --crop L,T,R,B       render these pixels only (right and bottom excluded)\n"
-	"  --seed N             seed of the samples, instead of the scene's\n"
+	"SCENE is a scene in JSON, a .glb or a .gltf (\"-\": standard input); files that it names\n"
+	"by relative paths are uploaded.\n"
+	"\n"
+	"  -o, --output FILE    where to; may be given up to 8 times\n" PEN_SCENE_OPTIONS_HELP
 	"  --processes N        render processes; default: one per core\n"
 	"  --isa NAME           instruction set: v2, v3 or v4; default: the best there is\n"
 	"  --quiet              print nothing but errors\n"
@@ -35,10 +34,7 @@ static const char help[] =
 
 static const struct option options_table[] = {
 	{"output", required_argument, NULL, PEN_OPTION_OUTPUT},
-	{"samples", required_argument, NULL, PEN_OPTION_SAMPLES},
-	{"size", required_argument, NULL, PEN_OPTION_SIZE},
-	{"crop", required_argument, NULL, PEN_OPTION_CROP},
-	{"seed", required_argument, NULL, PEN_OPTION_SEED},
+	PEN_SCENE_OPTIONS,
 	{"processes", required_argument, NULL, PEN_OPTION_PROCESSES},
 	{"isa", required_argument, NULL, PEN_OPTION_ISA},
 	{"quiet", no_argument, NULL, PEN_OPTION_QUIET},
@@ -53,13 +49,13 @@ static const struct pen_usage usage = {
 	.letters = ":ho:",
 	.options = options_table,
 	.operand = PEN_OPERAND_REQUIRED,
-	.operand_name = "SCENE.json",
+	.operand_name = "SCENE",
 };
 
 /* All that a run holds; outputs up to output_count are open. */
 struct run {
 	const struct pen_options *options;
-	struct pen_buf scene;
+	struct pen_source source;
 	struct pen_output outputs[PEN_OUTPUTS_MAX];
 	size_t output_count;
 	struct pen_private_farm farm;
@@ -103,7 +99,12 @@ static int render(struct run *run)
 	int r;
 
 	pen_progress_init(&progress, run->options->quiet);
-	r = pen_renders_follow(run->client, &manner, &run->resource, &run->err);
+	r = pen_upload_missing(run->client, &run->source, &progress, &run->err);
+	if (r == 0)
+		r = pen_renders_submit(run->client, &run->source.text, run->options->override,
+			&run->resource, &run->err);
+	if (r == 0)
+		r = pen_renders_follow(run->client, &manner, &run->resource, &run->err);
 	pen_progress_finish(&progress);
 	return r < 0 ? r : pen_renders_outcome(run->client, &run->resource, &run->err);
 }
@@ -136,15 +137,12 @@ static void outcome_print(const struct run *run)
 
 static int run_through(struct run *run)
 {
-	int r = pen_scene_text_read(run->options->operand, &run->scene, &run->err);
+	int r = pen_source_read(&run->source, run->options->operand, &run->err);
 
 	if (r == 0)
 		r = outputs_open(run);
 	if (r == 0)
 		r = farm_open(run);
-	if (r == 0)
-		r = pen_renders_submit(run->client, &run->scene, run->options->override,
-			&run->resource, &run->err);
 	if (r == 0)
 		r = render(run);
 	if (r == 0)
@@ -157,7 +155,7 @@ static void run_finish(struct run *run)
 	pen_private_farm_stop(&run->farm);
 	pen_client_destroy(run->client);
 	json_decref(run->finished);
-	pen_buf_finish(&run->scene);
+	pen_source_finish(&run->source);
 	for (size_t i = 0; i < run->output_count; i++)
 		pen_output_finish(&run->outputs[i]);
 }
@@ -175,7 +173,7 @@ int pen_cli_render(int argc, char **argv)
 		return pen_cli_usage("render", "where to? -o FILE is missing");
 	}
 	pen_interrupt_catch();
-	pen_buf_init(&run.scene, PEN_SCENE_BYTES_MAX);
+	pen_source_init(&run.source);
 	if (run_through(&run) == 0) {
 		outcome_print(&run);
 	} else {

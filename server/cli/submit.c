@@ -1,30 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "core/base/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/print.h"
 #include "server/cli/renders.h"
-#include "server/cli/scene_text.h"
 #include "server/cli/session.h"
+#include "server/cli/source.h"
+#include "server/cli/upload.h"
 
 #include <stdio.h>
 
 static const char help[] =
-	"usage: penumbra submit [OPTION…] SCENE.json\n"
+	"usage: penumbra submit [OPTION…] SCENE\n"
 	"\n"
-	"Hands the scene (\"-\": standard input) to a running server and prints the render's id.\n"
+	"Hands the scene to a running server and prints the render's id.\n"
 	"\n"
-	"  --samples N       samples per pixel, instead of the scene's\n"
-	"  --size WxH        image size in pixels, instead of the scene's\n"
-	"  --crop L,T,R,B    render these pixels only (right and bottom excluded)\n"
-	"  --seed N          seed of the samples, instead of the scene's\n"
-	"  --json            print the server's whole answer\n"
-	"  --server URL      default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"SCENE is a scene in JSON, a .glb or a .gltf (\"-\": standard input); files that it names\n"
+	"by relative paths are uploaded.\n"
+	"\n" PEN_SCENE_OPTIONS_HELP "  --json               print the server's whole answer\n"
+	"  --server URL         default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
 
 static const struct option options[] = {
-	{"samples", required_argument, NULL, PEN_OPTION_SAMPLES},
-	{"size", required_argument, NULL, PEN_OPTION_SIZE},
-	{"crop", required_argument, NULL, PEN_OPTION_CROP},
-	{"seed", required_argument, NULL, PEN_OPTION_SEED},
+	PEN_SCENE_OPTIONS,
 	{"json", no_argument, NULL, PEN_OPTION_JSON},
 	{"server", required_argument, NULL, PEN_OPTION_SERVER},
 	{"help", no_argument, NULL, PEN_OPTION_HELP},
@@ -37,24 +32,28 @@ static const struct pen_usage usage = {
 	.letters = ":h",
 	.options = options,
 	.operand = PEN_OPERAND_REQUIRED,
-	.operand_name = "SCENE.json",
+	.operand_name = "SCENE",
 };
 
 int pen_cli_submit(int argc, char **argv)
 {
 	struct pen_resource resource;
+	struct pen_progress progress;
 	struct pen_session session;
-	struct pen_buf scene;
+	struct pen_source source;
 	int code, r;
 
 	if (!pen_session_open(&session, &usage, argc, argv, &code))
 		return code;
-	pen_buf_init(&scene, PEN_SCENE_BYTES_MAX);
-	r = pen_scene_text_read(session.options.operand, &scene, &session.err);
+	pen_source_init(&source);
+	pen_progress_init(&progress, session.options.json);
+	r = pen_source_read(&source, session.options.operand, &session.err);
 	if (r == 0)
-		r = pen_renders_submit(
-			session.client, &scene, session.options.override, &resource, &session.err);
-	pen_buf_finish(&scene);
+		r = pen_upload_missing(session.client, &source, &progress, &session.err);
+	if (r == 0)
+		r = pen_renders_submit(session.client, &source.text, session.options.override,
+			&resource, &session.err);
+	pen_source_finish(&source);
 	if (r == 0 && session.options.json)
 		pen_print_json(pen_client_answer(session.client));
 	else if (r == 0)

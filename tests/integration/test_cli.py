@@ -40,7 +40,7 @@ def test_the_command_lists_its_commands_and_tells_its_version():
 @pytest.mark.parametrize("arguments, complaint", [
     ((), "usage: penumbra"),
     (("paint",), "no command 'paint'"),
-    (("submit",), "SCENE.json is missing"),
+    (("submit",), "SCENE is missing"),
     (("watch", "a", "b"), "'b' is one word too many"),
     (("list", "a"), "'a' is one word too many"),
     (("status", "--colour"), "unknown option --colour"),
@@ -50,6 +50,11 @@ def test_the_command_lists_its_commands_and_tells_its_version():
     (("submit", "x.json", "--samples", "4294967296"), "whole number"),
     (("submit", "x.json", "--size", "640"), "WIDTHxHEIGHT"),
     (("submit", "x.json", "--crop", "1,2,3"), "LEFT,TOP,RIGHT,BOTTOM"),
+    (("submit", "x.json", "--mode", "random"), "uniform, edge, adaptive or interleaved"),
+    (("submit", "x.json", "--time", "soon"), "a number of seconds"),
+    (("submit", "x.json", "--shutter", "inf"), "a number of seconds"),
+    (("submit", "x.json", "--aperture-radius", "0.5m"), "a length"),
+    (("submit", "x.json", "--background", "0,0"), "RED,GREEN,BLUE"),
     (("render", "x.json"), "-o FILE is missing"),
     (("render", "x.json", "-o", "x.gif"), ".png, .exr, .jpg or .hdr"),
     (("render", "x.json", "-o", "x.png", "--processes", "0"), "from 1 to 256"),
@@ -77,6 +82,21 @@ def test_submit_overrides_what_the_options_say():
     assert json.loads(server.requests[0][2])["override"] == {
         "sampling": {"samples": 4, "seed": 7},
         "image": {"width": 64, "height": 32, "crop": [1, 2, 3, 4]}}
+
+
+def test_options_of_the_camera_override_it():
+    """What the scene says for another mode or kind of background must not stay beside the new."""
+    with FakeServer({("POST", "/v1/renders"): (202, RUNNING)}) as server:
+        run = penumbra("submit", "-", "--mode", "edge", "--aperture-radius", "0.5",
+                       "--focus-distance", "2", "--time", "1.5", "--shutter", "0.25",
+                       "--background", "1,0.5,0", server=server, text="{}")
+    assert run.returncode == 0
+    assert json.loads(server.requests[0][2])["override"] == {
+        "sampling": {"mode": "edge", "error": None, "confidence": None, "min_samples": None,
+                     "pattern": None},
+        "camera": {"aperture_radius": 0.5, "focus_distance": 2,
+                   "shutter": {"open": 1.5, "close": 1.75}},
+        "background": {"color": [1, 0.5, 0], "image": None, "intensity": None, "rotation": None}}
 
 
 def test_a_refused_scene_is_explained_pointer_by_pointer():

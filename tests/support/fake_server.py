@@ -51,7 +51,7 @@ class FakeServer:
                 self.end_headers()
                 self.wfile.write(data)
 
-            do_GET = do_POST = do_PATCH = handle_any
+            do_GET = do_POST = do_PATCH = do_PUT = handle_any
 
             def log_message(self, *_):
                 pass

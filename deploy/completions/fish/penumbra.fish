@@ -6,6 +6,12 @@ complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l samples -
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l size -x -d "WxH in pixels"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l crop -x -d "L,T,R,B in pixels"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l seed -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l mode -x -a "uniform edge adaptive interleaved"
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l aperture-radius -x -d "of the lens"
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l focus-distance -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l time -x -d "second at which the shutter opens"
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l shutter -x -d "seconds that it is open"
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l background -x -d "R,G,B"
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l processes -x
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l isa -x -a "v2 v3 v4"
 complete -c penumbra -n "__fish_seen_subcommand_from render watch" -l quiet
