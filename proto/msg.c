@@ -258,6 +258,7 @@ static int read_result(const union wire *wire, struct pen_msg *msg, struct pen_e
 		.rays = result->rays,
 		.rays_dropped = result->rays_dropped,
 		.samples_black = result->samples_black,
+		.frame = result->frame,
 	};
 	if (msg->payload_size == 0 || msg->payload_size % sizeof(float) != 0)
 		return pen_error_set(err, PEN_EPROTOCOL, "a result of %zu bytes, not whole floats",
@@ -407,6 +408,7 @@ static void write_result(const struct pen_msg *msg, union wire *wire)
 	wire->result.rays = result->rays;
 	wire->result.rays_dropped = result->rays_dropped;
 	wire->result.samples_black = result->samples_black;
+	wire->result.frame = result->frame;
 }
 
 static void write_failure(const struct pen_msg *msg, union wire *wire)

@@ -69,6 +69,7 @@ struct pen_msg_result {
 	uint64_t xxh3;
 	uint32_t render_us;
 	uint64_t rays, rays_dropped, samples_black;
+	uint32_t frame;
 };
 
 enum pen_fault {

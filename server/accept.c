@@ -13,10 +13,13 @@
 
 int pen_accept_check_disk(const char *dir, const struct pen_scene *scene, struct pen_error *err)
 {
+	/* Frames of a long animation are the disk's concern as they come. */
+	uint32_t frames = scene->frames.last - scene->frames.first + 1;
 	uint64_t need =
 		pen_rect_area(scene->image.crop) * pen_scene_film(scene).channels * sizeof(float);
 	struct statvfs disk;
 
+	need *= frames < PEN_JOB_FRAMES_MAX ? frames : PEN_JOB_FRAMES_MAX;
 	if (statvfs(dir, &disk) < 0)
 		return pen_error_system(err, errno, "cannot look at the disk");
 	if ((uint64_t)disk.f_bavail * disk.f_frsize < need + PEN_DISK_RESERVE_BYTES)
@@ -52,6 +55,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 		.state = PEN_JOB_QUEUED,
 		.width = scene->image.width,
 		.height = scene->image.height,
+		.frame_first = scene->frames.first,
+		.frame_count = scene->frames.last - scene->frames.first + 1,
 		.sampling = scene->sampling,
 		.aovs = scene->image.aovs,
 		.exposure = scene->image.exposure,
@@ -69,7 +74,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	if (r < 0)
 		return r;
 	pen_tiling_init(&job.tiling, scene->image.crop, tile_px);
-	job.units_total = (uint64_t)job.tiling.count * pen_round_count(job.sampling.samples);
+	job.units_total = (uint64_t)job.frame_count * job.tiling.count *
+			  pen_round_count(job.sampling.samples);
 	*ret_job = job;
 	return 0;
 }

@@ -23,6 +23,8 @@ static const struct route {
 	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete},
 	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},
+	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get},
+	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get},
 	{"/v1/renders", PEN_GET, pen_api_render_list},
 	{"/v1/renders", PEN_POST, pen_api_submit},
 	{"/v1/workers", PEN_GET, pen_api_workers},
@@ -35,7 +37,8 @@ static const struct route {
 
 enum { ROUTES = sizeof routes / sizeof routes[0] };
 
-/* Takes the piece of path that stands for {…}; false when it is empty or too long. */
+/* Takes the piece of path that stands for {…}, told by its first letter; false when it is empty or
+ * too long. */
 static bool capture(const char **path, char *ret_text, size_t size)
 {
 	size_t length = strcspn(*path, "/.");
@@ -60,7 +63,9 @@ static bool match(const char *pattern, const char *path, struct pen_api_paramete
 			continue;
 		}
 		if (pattern[1] == 'i' ? !capture(&path, found->id, sizeof found->id)
-				      : !capture(&path, found->extension, sizeof found->extension))
+			: pattern[1] == 'n'
+				? !capture(&path, found->frame, sizeof found->frame)
+				: !capture(&path, found->extension, sizeof found->extension))
 			return false;
 		pattern = strchr(pattern, '}') + 1;
 	}

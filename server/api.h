@@ -23,6 +23,7 @@ struct pen_api {
 /* What a path held in place of {…}. */
 struct pen_api_parameters {
 	char id[64];
+	char frame[16]; /* "": none */
 	char extension[8];
 };
 

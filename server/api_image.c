@@ -131,11 +131,33 @@ static bool choose_exposure(struct pen_exchange *exchange, double *exposure)
 	return false;
 }
 
-/* The framebuffer, or before anything is rendered a file of zeros, which reads as no samples. */
-static int open_framebuffer(
-	struct pen_api *api, const struct pen_job *job, int *ret_fd, struct pen_error *err)
+/* The frame of the path, or the latest one; answers 404 and returns false. */
+static bool choose_frame(struct pen_exchange *exchange, const struct pen_job *job, const char *text,
+	struct pen_job_frame *ret_frame)
 {
-	int r = pen_jobs_open_image(api->jobs, job, ret_fd, err);
+	uint32_t number = pen_jobs_frame_latest(job);
+	char *end;
+
+	if (text[0]) {
+		unsigned long given = strtoul(text, &end, 10);
+
+		if (text[0] < '0' || text[0] > '9' || *end != '\0' || given < job->frame_first ||
+			given - job->frame_first >= job->frame_count) {
+			pen_exchange_problem(exchange, 404, "the render has no such frame");
+			return false;
+		}
+		number = (uint32_t)given;
+	}
+	*ret_frame = pen_jobs_frame(job, number);
+	return true;
+}
+
+/* The framebuffer, or before anything is rendered a file of zeros, which reads as no samples. */
+static int open_framebuffer(struct pen_api *api, const struct pen_job *job, uint32_t frame,
+	uint64_t revision, int *ret_fd, struct pen_error *err)
+{
+	int r = revision == 0 ? PEN_ENOTFOUND
+			      : pen_jobs_open_image(api->jobs, job, frame, ret_fd, err);
 	int fd;
 
 	if (r != PEN_ENOTFOUND)
@@ -162,7 +184,7 @@ static void request_encoding(const struct delivery *delivery, const struct pen_e
 		return;
 	}
 	*copy = *delivery;
-	r = open_framebuffer(exchange->api, job, &fd, &err);
+	r = open_framebuffer(exchange->api, job, encoding->frame, encoding->revision, &fd, &err);
 	if (r == 0)
 		r = pen_encoders_request(
 			exchange->api->encoders, encoding, fd, encoded, copy, &err);
@@ -198,13 +220,15 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
 	struct delivery delivery = {.exchange = exchange};
 	struct pen_encoding encoding;
+	struct pen_job_frame frame;
 
-	if (!job)
+	if (!job || !choose_frame(exchange, job, parameters->frame, &frame))
 		return;
 	encoding = (struct pen_encoding){
 		.job_id = job->id,
-		.revision = job->image_revision,
-		.final = job->state == PEN_JOB_DONE,
+		.frame = frame.number,
+		.revision = frame.revision,
+		.final = frame.done,
 		.width = job->width,
 		.height = job->height,
 		.tiling = job->tiling,
@@ -222,9 +246,9 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 	delivery.format = encoding.format;
 	delivery.final = encoding.final;
 	delivery.negotiated = !parameters->extension[0];
-	delivery.progress = pen_api_render_progress(job);
-	(void)snprintf(delivery.etag, sizeof delivery.etag, "\"%" PRIx64 "-%" PRIu64 "-%s%a\"",
-		encoding.final ? 0 : exchange->api->boot, encoding.revision,
+	delivery.progress = frame.progress;
+	(void)snprintf(delivery.etag, sizeof delivery.etag, "\"%" PRIx64 "-%u-%" PRIu64 "-%s%a\"",
+		encoding.final ? 0 : exchange->api->boot, encoding.frame, encoding.revision,
 		pen_image_format_extension(encoding.format), encoding.exposure);
 	answer_image(&delivery, &encoding, job);
 }

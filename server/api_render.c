@@ -20,9 +20,7 @@ bool pen_api_render_over(const struct pen_job *job)
 
 double pen_api_render_progress(const struct pen_job *job)
 {
-	double total = (double)pen_rect_area(job->tiling.crop) * job->sampling.samples;
-
-	return (double)job->samples_done / total;
+	return (double)job->samples_done / (double)pen_job_samples(job);
 }
 
 static void set(json_t *object, const char *key, json_t *value)
@@ -69,7 +67,25 @@ static json_t *links_json(const struct pen_job *job)
 		set(images, extension, json_sprintf("/v1/renders/%s/image.%s", job->id, extension));
 	}
 	set(links, "images", images);
+	set(links, "frames", json_sprintf("/v1/renders/%s/frames/{number}", job->id));
 	return links;
+}
+
+/* However long the animation is, only those that are being rendered are told one by one. */
+static json_t *frames_json(const struct pen_job *job)
+{
+	struct pen_job_frame running[PEN_JOB_FRAMES_MAX];
+	uint32_t count = pen_jobs_frames_running(job, running);
+	json_t *list = json_array();
+
+	for (uint32_t i = 0; i < count; i++)
+		(void)json_array_append_new(
+			list, json_pack("{s:I, s:f}", "frame", (json_int_t)running[i].number,
+				      "progress", running[i].progress));
+	return json_pack("{s:I, s:I, s:I, s:I, s:o}", "first", (json_int_t)job->frame_first, "last",
+		(json_int_t)job->frame_first + job->frame_count - 1, "total",
+		(json_int_t)job->frame_count, "done", (json_int_t)job->frames_done, "running",
+		list);
 }
 
 /* Seconds from its first unit until now, or until it was over. */
@@ -96,9 +112,10 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	set(tree, "height", json_integer(job->height));
 	set(tree, "samples", json_integer(job->sampling.samples));
 	set(tree, "samples_done", json_integer((json_int_t)job->samples_done));
-	set(tree, "tiles_done", json_integer(job->tiles_done));
-	set(tree, "tiles_total", json_integer(job->tiling.count));
-	set(tree, "frames", json_integer(1));
+	set(tree, "tiles_done", json_integer((json_int_t)job->tiles_done));
+	set(tree, "tiles_total",
+		json_integer((json_int_t)job->tiling.count * (json_int_t)job->frame_count));
+	set(tree, "frames", frames_json(job));
 	set(tree, "eta_seconds", job->eta_seconds < 0 ? json_null() : json_real(job->eta_seconds));
 	set(tree, "created", time_or_null(job->created_ms));
 	set(tree, "started", time_or_null(job->started_ms));

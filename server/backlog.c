@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum tile_state { TILE_WAITING, TILE_OUT, TILE_MERGING, TILE_DONE };
 
@@ -45,6 +46,15 @@ int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tilin
 	}
 	fill(backlog, rounds);
 	return 0;
+}
+
+void pen_backlog_restart(struct pen_backlog *backlog)
+{
+	assert(backlog->merging == 0);
+	memset(backlog->tiles, 0, backlog->tiling.count * sizeof *backlog->tiles);
+	backlog->tiles_left = 0;
+	pen_tile_queue_clear(&backlog->waiting);
+	fill(backlog, NULL);
 }
 
 void pen_backlog_finish(struct pen_backlog *backlog)

@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 /*
- * The units of one job: a unit is one round of one tile, and a tile's rounds come strictly in
+ * The units of one frame: a unit is one round of one tile, and a tile's rounds come strictly in
  * order, one at a time: it waits, is out with a worker, merges, and waits again with its next
  * round. Remembers who failed at a unit, and how often.
  */
@@ -28,6 +28,9 @@ struct pen_backlog {
 int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling, uint32_t samples,
 	const uint16_t *rounds, struct pen_error *err);
 void pen_backlog_finish(struct pen_backlog *backlog);
+
+/* As after init without rounds, for another frame; nothing is out or merging. */
+void pen_backlog_restart(struct pen_backlog *backlog);
 
 /* Samples of a tile's next round, over all its pixels. */
 uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t tile);
@@ -48,7 +51,7 @@ void pen_backlog_return(struct pen_backlog *backlog, uint32_t index);
 /* What went out has been rendered, and is being merged. */
 void pen_backlog_deliver(struct pen_backlog *backlog, uint32_t tile);
 
-/* It is merged. True when it was the last unit of all. */
+/* It is merged. True when it was the frame's last unit. */
 bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t tile);
 
 /* The unit failed on worker by its own fault. False when that was once too often. */

@@ -26,6 +26,7 @@ struct task_list {
 struct pen_canvas {
 	uv_loop_t *loop;
 	uint64_t job;
+	uint32_t frame;
 	struct pen_framebuf framebuf;
 	struct pen_canvas_events events;
 	char *path;
@@ -163,9 +164,13 @@ static void deliver(struct pen_canvas *canvas, const struct task *task)
 
 	switch (task->type) {
 	case TASK_CREATE: break;
-	case TASK_OPEN: events->opened(events->user, canvas->job, canvas->tiles); break;
-	case TASK_MERGE: events->merged(events->user, canvas->job, task->tile, task->xxh3); break;
-	case TASK_SYNC: events->synced(events->user, canvas->job); break;
+	case TASK_OPEN:
+		events->opened(events->user, canvas->job, canvas->frame, canvas->tiles);
+		break;
+	case TASK_MERGE:
+		events->merged(events->user, canvas->job, canvas->frame, task->tile, task->xxh3);
+		break;
+	case TASK_SYNC: events->synced(events->user, canvas->job, canvas->frame); break;
 	}
 }
 
@@ -224,7 +229,7 @@ static int add_task(struct pen_canvas *canvas, enum task_type type, uint32_t til
 	return 0;
 }
 
-static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
+static int canvas_new(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *path,
 	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err)
 {
@@ -234,6 +239,7 @@ static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
 		return pen_error_memory(err);
 	canvas->loop = loop;
 	canvas->job = job;
+	canvas->frame = frame;
 	canvas->framebuf = *framebuf;
 	canvas->events = *events;
 	canvas->fd = -1;
@@ -248,12 +254,12 @@ static int canvas_new(uv_loop_t *loop, uint64_t job, const char *path,
 	return 0;
 }
 
-int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
+int pen_canvas_create(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *path,
 	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err)
 {
 	struct pen_canvas *canvas;
-	int r = canvas_new(loop, job, path, framebuf, events, &canvas, err);
+	int r = canvas_new(loop, job, frame, path, framebuf, events, &canvas, err);
 
 	if (r < 0)
 		return r;
@@ -266,13 +272,13 @@ int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
 	return 0;
 }
 
-int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
+int pen_canvas_open(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *path,
 	const struct pen_framebuf *framebuf, const struct pen_canvas_tile *tiles,
 	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
 	struct pen_error *err)
 {
 	struct pen_canvas *canvas;
-	int r = canvas_new(loop, job, path, framebuf, events, &canvas, err);
+	int r = canvas_new(loop, job, frame, path, framebuf, events, &canvas, err);
 
 	if (r < 0)
 		return r;

@@ -9,7 +9,7 @@
 #include <uv.h>
 
 /*
- * The framebuffer file of a job that renders. All file work is done on libuv's thread pool, one
+ * The framebuffer file of a frame that renders. All file work is done on libuv's thread pool, one
  * task after the other in the order of the calls; events come from the loop, never from within a
  * call.
  */
@@ -24,21 +24,22 @@ struct pen_canvas_tile {
 struct pen_canvas_events {
 	/* tiles has as many as the tiling; those whose bytes are not what they should be have
 	 * 0 rounds. Only of pen_canvas_open. */
-	void (*opened)(void *user, uint64_t job, const struct pen_canvas_tile *tiles);
-	void (*merged)(void *user, uint64_t job, uint32_t tile, uint64_t xxh3);
-	void (*synced)(void *user, uint64_t job);
+	void (*opened)(
+		void *user, uint64_t job, uint32_t frame, const struct pen_canvas_tile *tiles);
+	void (*merged)(void *user, uint64_t job, uint32_t frame, uint32_t tile, uint64_t xxh3);
+	void (*synced)(void *user, uint64_t job, uint32_t frame);
 	/* The last event: nothing asked for after the failure has been done. */
 	void (*failed)(void *user, uint64_t job, const struct pen_error *err);
 	void *user;
 };
 
 /* A new file at path, which replaces an older one. */
-int pen_canvas_create(uv_loop_t *loop, uint64_t job, const char *path,
+int pen_canvas_create(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *path,
 	const struct pen_framebuf *framebuf, const struct pen_canvas_events *events,
 	struct pen_canvas **ret_canvas, struct pen_error *err);
 
 /* The file that is there, checked against tiles (copied); a new one when it is missing. */
-int pen_canvas_open(uv_loop_t *loop, uint64_t job, const char *path,
+int pen_canvas_open(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *path,
 	const struct pen_framebuf *framebuf, const struct pen_canvas_tile *tiles,
 	const struct pen_canvas_events *events, struct pen_canvas **ret_canvas,
 	struct pen_error *err);

@@ -62,7 +62,7 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.epoch = action->epoch,
 		.tile = action->tile,
 		.round = action->round,
-		.frame = 1,
+		.frame = action->frame,
 		.rect = pen_tiling_rect(&job->tiling, action->tile),
 		.sample_first = samples.first,
 		.sample_end = samples.end,
@@ -153,10 +153,11 @@ void pen_dispatch_set_priority(struct pen_dispatch *dispatch, uint64_t number, u
 			.type = PEN_SCHED_JOB_PRIORITY, .job = number, .u.priority = priority});
 }
 
-void pen_dispatch_merged(struct pen_dispatch *dispatch, uint64_t number, uint32_t tile)
+void pen_dispatch_merged(
+	struct pen_dispatch *dispatch, uint64_t number, uint32_t frame, uint32_t tile)
 {
-	step(dispatch,
-		&(struct pen_sched_event){.type = PEN_SCHED_MERGED, .job = number, .u.tile = tile});
+	step(dispatch, &(struct pen_sched_event){
+			       .type = PEN_SCHED_MERGED, .job = number, .u.merged = {frame, tile}});
 }
 
 int pen_dispatch_add_worker(
@@ -231,18 +232,20 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	const struct pen_job *job;
 	struct pen_film film;
 	struct pen_round samples;
+	uint32_t frame;
 	uint64_t area;
 	const char *defect;
 	float *pixels;
 
 	if (dispatch->stopped || !lease || lease->job != result->job ||
-		lease->tile != result->tile || lease->round != result->round ||
-		lease->epoch != result->epoch)
+		lease->frame != result->frame || lease->tile != result->tile ||
+		lease->round != result->round || lease->epoch != result->epoch)
 		return PEN_OUTCOME_GONE;
 	job = dispatch->jobs.find(dispatch->jobs.user, result->job);
 	samples = pen_round_get(job->sampling.samples, result->round);
 	area = pen_rect_area(pen_tiling_rect(&job->tiling, result->tile));
 	film = pen_job_film(job);
+	frame = lease->frame;
 
 	/* The payload lies unaligned in the connection's buffer, which is about to be reused. */
 	pixels = malloc(size > 0 ? size : 1);
@@ -261,7 +264,8 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 			       .worker = worker,
 			       .lease = result->lease,
 			       .u.seconds = 1e-6 * result->render_us});
-	dispatch->jobs.merge(dispatch->jobs.user, result->job, result->tile, result->round, pixels);
+	dispatch->jobs.merge(
+		dispatch->jobs.user, result->job, frame, result->tile, result->round, pixels);
 	*ret_samples = area * (samples.end - samples.first);
 	return PEN_OUTCOME_GOOD;
 }

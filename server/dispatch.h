@@ -25,7 +25,8 @@ struct pen_dispatch_jobs {
 	/* The first lease since the job was added. */
 	void (*started)(void *user, uint64_t number, const char *equivalence_class);
 	/* Valid pixels (heap, now the callee's); pen_dispatch_merged later. */
-	void (*merge)(void *user, uint64_t number, uint32_t tile, uint32_t round, float *pixels);
+	void (*merge)(void *user, uint64_t number, uint32_t frame, uint32_t tile, uint32_t round,
+		float *pixels);
 	/* The dispatch has forgotten the job; reason of a failed one. */
 	void (*ended)(void *user, uint64_t number, enum pen_dispatch_end end, const char *reason);
 	void *user;
@@ -57,7 +58,8 @@ void pen_dispatch_remove_job(struct pen_dispatch *dispatch, uint64_t number);
 void pen_dispatch_pause_job(struct pen_dispatch *dispatch, uint64_t number);
 void pen_dispatch_resume_job(struct pen_dispatch *dispatch, uint64_t number);
 void pen_dispatch_set_priority(struct pen_dispatch *dispatch, uint64_t number, uint32_t priority);
-void pen_dispatch_merged(struct pen_dispatch *dispatch, uint64_t number, uint32_t tile);
+void pen_dispatch_merged(
+	struct pen_dispatch *dispatch, uint64_t number, uint32_t frame, uint32_t tile);
 
 /* What workers do. */
 int pen_dispatch_add_worker(struct pen_dispatch *dispatch, const struct pen_sched_worker *worker,

@@ -63,8 +63,8 @@ static void key_of(const struct pen_encoding *encoding, char ret_key[static PEN_
 	bool toned = encoding->format == PEN_IMAGE_PNG || encoding->format == PEN_IMAGE_JPEG;
 	double exposure = toned ? encoding->exposure : 0.0;
 
-	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%" PRIu64 "%s/%a.%s", encoding->job_id,
-		encoding->revision, encoding->final ? "-final" : "", exposure,
+	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%u/%" PRIu64 "%s/%a.%s", encoding->job_id,
+		encoding->frame, encoding->revision, encoding->final ? "-final" : "", exposure,
 		pen_image_format_extension(encoding->format));
 }
 

@@ -18,8 +18,9 @@ struct pen_encoders;
 
 struct pen_encoding {
 	const char *job_id;
-	uint64_t revision; /* image_revision of the job: cached results are keyed by it */
-	bool final;	   /* the render is done: full compression; else the fastest */
+	uint32_t frame;
+	uint64_t revision; /* of the frame: cached results are keyed by it */
+	bool final;	   /* the frame is done: full compression; else the fastest */
 	enum pen_image_format format;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;

@@ -189,12 +189,10 @@ static void handle_removed(void *user, const struct pen_error *err)
 	struct pen_change *change = user;
 	struct pen_jobs *jobs = change->jobs;
 	struct pen_run *run = pen_run_find(jobs, change->number);
-	char path[PATH_MAX];
 
 	assert(run);
 	if (err->code == 0) {
-		pen_run_path(jobs, run->job.id, path);
-		(void)unlink(path);
+		pen_run_unlink(jobs, &run->job);
 		if (!pen_job_is_over(run->job.state))
 			pen_run_retire(jobs, run);
 		pen_job_table_remove(&jobs->table, &run->job);
@@ -246,13 +244,78 @@ struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
 	return pen_job_table_older(&jobs->table, before);
 }
 
-int pen_jobs_open_image(
-	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err)
+/* What of a frame's samples are merged. */
+static double frame_progress(const struct pen_job *job, uint64_t samples)
+{
+	return (double)samples * job->frame_count / (double)pen_job_samples(job);
+}
+
+static const struct pen_tiles *find_tiles(const struct pen_job *job, uint32_t number)
+{
+	const struct pen_run *run = (const struct pen_run *)job;
+	const struct pen_tiles *tiles = &run->frames[number % PEN_REEL_FRAMES_MAX].tiles;
+
+	return tiles->frame == number ? tiles : NULL;
+}
+
+struct pen_job_frame pen_jobs_frame(const struct pen_job *job, uint32_t number)
+{
+	const struct pen_run *run = (const struct pen_run *)job;
+	const struct pen_tiles *tiles = find_tiles(job, number);
+	struct pen_job_frame frame = {.number = number};
+
+	assert(number - job->frame_first < job->frame_count);
+	if (job->frame_count == 1)
+		return (struct pen_job_frame){number, job->state == PEN_JOB_DONE,
+			frame_progress(job, job->samples_done), job->image_revision};
+	frame.done = number - job->frame_first < job->frames_done;
+	if (frame.done)
+		frame.revision = 1ull + job->restarts;
+	else if (tiles && tiles->units_done > 0)
+		frame.revision = tiles->revision;
+	else if (pen_job_is_over(job->state) || number - job->frame_first < run->passed)
+		frame.revision = job->image_revision;
+	if (number - job->frame_first < run->passed)
+		frame.progress = 1;
+	else if (tiles)
+		frame.progress = frame_progress(job, tiles->samples_done);
+	return frame;
+}
+
+uint32_t pen_jobs_frame_latest(const struct pen_job *job)
+{
+	const struct pen_run *run = (const struct pen_run *)job;
+	const uint32_t open = job->frame_first + run->passed;
+
+	for (uint32_t i = PEN_REEL_FRAMES_MAX; i-- > 0;) {
+		const struct pen_tiles *tiles = find_tiles(job, open + i);
+
+		if (tiles && tiles->units_done > 0)
+			return open + i;
+	}
+	return run->passed > 0 ? open - 1 : job->frame_first;
+}
+
+uint32_t pen_jobs_frames_running(
+	const struct pen_job *job, struct pen_job_frame ret_frames[static PEN_JOB_FRAMES_MAX])
+{
+	const struct pen_run *run = (const struct pen_run *)job;
+	uint32_t count = 0;
+
+	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++)
+		if (find_tiles(job, job->frame_first + run->passed + i))
+			ret_frames[count++] =
+				pen_jobs_frame(job, job->frame_first + run->passed + i);
+	return count;
+}
+
+int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame,
+	int *ret_fd, struct pen_error *err)
 {
 	char path[PATH_MAX];
 	int fd;
 
-	pen_run_path(jobs, job->id, path);
+	pen_run_path(jobs, job, frame, path);
 	fd = open(path, O_RDONLY | O_CLOEXEC);
 	if (fd < 0 && errno == ENOENT)
 		return pen_error_set(err, PEN_ENOTFOUND, "nothing is rendered yet");
@@ -277,6 +340,7 @@ static int load_job(void *user, const struct pen_job *stored, struct pen_error *
 	run->job.equivalence_class =
 		stored->equivalence_class ? strdup(stored->equivalence_class) : NULL;
 	run->job.eta_seconds = -1;
+	run->passed = run->job.frames_done;
 	/* Above whatever an earlier coordinator may have told. */
 	run->job.revision = (uint64_t)pen_clock_wall_ms();
 	if ((stored->name && !run->job.name) ||
@@ -300,11 +364,18 @@ static int load_tile(
 	void *user, uint64_t number, const struct pen_store_tile *tile, struct pen_error *err)
 {
 	struct pen_run *run = pen_run_find(user, number);
-	int r = run->tiles.states ? 0 : pen_tiles_init(&run->tiles, &run->job, err);
+	const uint32_t open = run->job.frame_first + run->passed;
+	const uint32_t left = run->job.frame_count - run->passed;
+	struct pen_run_frame *frame;
 
-	if (r == 0)
-		run->tiles.states[tile->tile] = tile->state;
-	return r;
+	/* Frames further on begin again: there is no room for them yet. */
+	if (tile->frame - open >= pen_reel_slots(&run->job.tiling, left))
+		return 0;
+	frame = pen_run_add_frame(run, tile->frame);
+	if (!frame)
+		return pen_error_memory(err);
+	frame->tiles.states[tile->tile] = tile->state;
+	return 0;
 }
 
 static int load_removed(void *user, const char *id, struct pen_error *err)
@@ -380,7 +451,7 @@ void pen_jobs_close(struct pen_jobs *jobs)
 	for (struct pen_run *run = TAILQ_FIRST(&jobs->unfinished); run;
 		run = TAILQ_NEXT(run, unfinished)) {
 		if (!run->ending)
-			pen_tiles_flush(&run->tiles, &run->job, jobs->options.store);
+			pen_tile_news_flush(&run->news, &run->job, jobs->options.store);
 		pen_run_halt(run);
 	}
 }

@@ -47,14 +47,17 @@ struct pen_job {
 	char *equivalence_class;	/* NULL until its first unit is leased */
 	char content[PEN_SHA256_TEXT];	/* content address; "" until the class is known */
 	uint32_t priority;
-	uint32_t width, height; /* of the whole image */
-	struct pen_tiling tiling;
+	uint32_t width, height;	  /* of the whole image */
+	struct pen_tiling tiling; /* of each frame */
+	uint32_t frame_first, frame_count;
+	uint32_t frames_done; /* from the first on, whole and on the disk: these never change again
+			       */
 	struct pen_sampling_desc sampling;
 	uint32_t aovs; /* enum pen_aov */
 	double exposure;
 	uint64_t units_done, units_total;
-	uint32_t tiles_done;   /* with all their rounds */
-	uint64_t samples_done; /* merged, over all pixels */
+	uint64_t tiles_done;   /* with all their rounds */
+	uint64_t samples_done; /* merged, over all pixels of all frames */
 	int64_t created_ms, started_ms, finished_ms;
 	double eta_seconds; /* < 0: unknown */
 	uint32_t restarts;
@@ -64,11 +67,36 @@ struct pen_job {
 	uint64_t image_revision;	 /* rises with each merged tile; 0 = nothing rendered */
 };
 
+/* Over all pixels of all frames. */
+static inline uint64_t pen_job_samples(const struct pen_job *job)
+{
+	return pen_rect_area(job->tiling.crop) * job->sampling.samples * job->frame_count;
+}
+
 /* What is kept of each of its pixels. */
 static inline struct pen_film pen_job_film(const struct pen_job *job)
 {
 	return pen_film_of(pen_planes_of(job->aovs, job->sampling.mode));
 }
+
+/* How far one frame is. */
+struct pen_job_frame {
+	uint32_t number;
+	bool done;	   /* it will not change any more */
+	double progress;   /* 0..1 */
+	uint64_t revision; /* rises with what is merged; 0 = nothing */
+};
+
+/* number: frame_first <= number < frame_first + frame_count. */
+struct pen_job_frame pen_jobs_frame(const struct pen_job *job, uint32_t number);
+
+/* The last frame that anything is rendered of, else the first. */
+uint32_t pen_jobs_frame_latest(const struct pen_job *job);
+
+/* Those that are begun and not done, in order. */
+enum { PEN_JOB_FRAMES_MAX = 16 };
+uint32_t pen_jobs_frames_running(
+	const struct pen_job *job, struct pen_job_frame ret_frames[static PEN_JOB_FRAMES_MAX]);
 
 struct pen_submission {
 	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */
@@ -109,11 +137,11 @@ struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_r
 struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before);
 
 /*
- * A read-only descriptor of the framebuffer (layout in server/framebuf.h), the caller closes it.
- * PEN_ENOTFOUND while nothing is rendered.
+ * A read-only descriptor of a frame's framebuffer (layout in server/framebuf.h), the caller closes
+ * it. PEN_ENOTFOUND while nothing is rendered.
  */
-int pen_jobs_open_image(
-	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err);
+int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame,
+	int *ret_fd, struct pen_error *err);
 
 /* What follows is the server's own. */
 

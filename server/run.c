@@ -10,21 +10,61 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* The longest that merged tiles wait to be stored. */
 enum { NEWS_MS = 1000 };
+
+#define NO_TILE UINT32_MAX
 
 struct pen_run *pen_run_find(const struct pen_jobs *jobs, uint64_t number)
 {
 	return (struct pen_run *)pen_job_table_find_number(&jobs->table, number);
 }
 
+static struct pen_run_frame *place_of(struct pen_run *run, uint32_t number)
+{
+	return &run->frames[number % PEN_REEL_FRAMES_MAX];
+}
+
+/* NULL when it has not begun, or has passed. */
+static struct pen_run_frame *find_frame(struct pen_run *run, uint32_t number)
+{
+	struct pen_run_frame *frame = place_of(run, number);
+
+	return frame->tiles.frame == number ? frame : NULL;
+}
+
+struct pen_run_frame *pen_run_add_frame(struct pen_run *run, uint32_t number)
+{
+	struct pen_run_frame *frame = place_of(run, number);
+
+	if (frame->tiles.frame == number)
+		return frame;
+	assert(frame->tiles.frame == 0);
+	*frame = (struct pen_run_frame){.tile_last = NO_TILE};
+	return pen_tiles_init(&frame->tiles, &run->job, number, NULL) < 0 ? NULL : frame;
+}
+
+static void drop_frame(struct pen_run_frame *frame)
+{
+	pen_canvas_destroy(frame->canvas);
+	pen_tiles_finish(&frame->tiles);
+	*frame = (struct pen_run_frame){.tile_last = NO_TILE};
+}
+
+static void drop_frames(struct pen_run *run)
+{
+	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++)
+		drop_frame(&run->frames[i]);
+	run->news.count = 0;
+}
+
 void pen_run_destroy(struct pen_run *run)
 {
 	if (!run)
 		return;
-	pen_canvas_destroy(run->canvas);
-	pen_tiles_finish(&run->tiles);
+	drop_frames(run);
 	free(run->job.name);
 	free(run->job.equivalence_class);
 	free(run);
@@ -32,22 +72,83 @@ void pen_run_destroy(struct pen_run *run)
 
 void pen_run_halt(struct pen_run *run)
 {
-	pen_canvas_destroy(run->canvas);
-	run->canvas = NULL;
+	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++) {
+		struct pen_run_frame *frame = &run->frames[i];
+
+		pen_canvas_destroy(frame->canvas);
+		frame->canvas = NULL;
+		frame->tile_last = NO_TILE;
+		frame->synced = false;
+	}
+	run->opening = 0;
 	run->begun = false;
 }
 
 void pen_run_retire(struct pen_jobs *jobs, struct pen_run *run)
 {
 	pen_run_halt(run);
-	pen_tiles_finish(&run->tiles);
+	drop_frames(run);
 	TAILQ_REMOVE(&jobs->unfinished, run, unfinished);
 	jobs->unfinished_count--;
 }
 
-void pen_run_path(const struct pen_jobs *jobs, const char *id, char *ret_path)
+void pen_run_path(
+	const struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame, char *ret_path)
 {
-	(void)snprintf(ret_path, PATH_MAX, "%s/frames/%s.f32", jobs->options.data_dir, id);
+	if (job->frame_count == 1)
+		(void)snprintf(
+			ret_path, PATH_MAX, "%s/frames/%s.f32", jobs->options.data_dir, job->id);
+	else
+		(void)snprintf(ret_path, PATH_MAX, "%s/frames/%s.%u.%u.f32", jobs->options.data_dir,
+			job->id, job->restarts, frame);
+}
+
+struct removal {
+	uv_work_t work;
+	char stem[PATH_MAX]; /* of all names */
+	uint32_t first, count, restarts;
+};
+
+static void remove_files(uv_work_t *work)
+{
+	const struct removal *removal = work->data;
+	char path[PATH_MAX + 32];
+
+	for (uint32_t k = 0; k <= removal->restarts; k++)
+		for (uint32_t i = 0; i < removal->count; i++) {
+			(void)snprintf(path, sizeof path, "%s.%u.%u.f32", removal->stem, k,
+				removal->first + i);
+			(void)unlink(path);
+		}
+}
+
+static void handle_files_removed(uv_work_t *work, int status)
+{
+	(void)status;
+	free(work->data);
+}
+
+void pen_run_unlink(struct pen_jobs *jobs, const struct pen_job *job)
+{
+	struct removal *removal;
+	char path[PATH_MAX];
+
+	if (job->frame_count == 1) {
+		pen_run_path(jobs, job, job->frame_first, path);
+		(void)unlink(path);
+		return;
+	}
+	/* What stays is removed at the next start. */
+	removal = calloc(1, sizeof *removal);
+	if (!removal)
+		return;
+	removal->work.data = removal;
+	removal->first = job->frame_first;
+	removal->count = job->frame_count;
+	removal->restarts = job->restarts;
+	(void)snprintf(removal->stem, sizeof removal->stem, "%s/frames/%s", jobs->options.data_dir,
+		job->id);
+	(void)uv_queue_work(jobs->loop, &removal->work, remove_files, handle_files_removed);
 }
 
 /* Durable changes */
@@ -88,6 +189,7 @@ static void show_end(struct pen_jobs *jobs, struct pen_run *run, const struct pe
 	run->job.error = change->error;
 	run->job.finished_ms = change->finished_ms;
 	run->job.eta_seconds = -1;
+	run->job.frames_done = run->passed;
 	run->job.revision++;
 	pen_run_retire(jobs, run);
 	pen_log(PEN_LOG_INFO, "render %s: %s%s%s", run->job.id, pen_job_state_name(change->state),
@@ -125,6 +227,7 @@ int pen_run_store_state(struct pen_jobs *jobs, struct pen_run *run, enum pen_job
 	row.state = change->state = state;
 	row.error = change->error = reason ? *reason : (struct pen_error)PEN_ERROR_INIT;
 	row.finished_ms = change->finished_ms = pen_job_is_over(state) ? pen_clock_wall_ms() : 0;
+	row.frames_done = run->passed;
 	r = pen_store_update_job(jobs->options.store, &row, handle_state_stored, change, err);
 	if (r < 0) {
 		free(change);
@@ -143,20 +246,47 @@ int pen_run_store_state(struct pen_jobs *jobs, struct pen_run *run, enum pen_job
 static void store_row(struct pen_jobs *jobs, const struct pen_run *run)
 {
 	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_job row = run->job;
 
-	if (pen_store_update_job(jobs->options.store, &run->job, NULL, NULL, &err) < 0)
+	row.frames_done = run->passed;
+	if (pen_store_update_job(jobs->options.store, &row, NULL, NULL, &err) < 0)
 		pen_log(PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
 }
 
 /* Rendering */
 
-static void sync_canvas(struct pen_run *run)
+static uint32_t first_open(const struct pen_run *run)
+{
+	return run->job.frame_first + run->passed;
+}
+
+static bool is_whole(const struct pen_run *run, const struct pen_run_frame *frame)
+{
+	return frame->tiles.frame != 0 && frame->tiles.done == run->job.tiling.count;
+}
+
+static void sync_frame(struct pen_run *run, struct pen_run_frame *frame)
 {
 	struct pen_error err;
 
 	/* Without a canvas it has been given up already. */
-	if (run->canvas && pen_canvas_sync(run->canvas, &err) < 0)
+	if (frame->canvas && pen_canvas_sync(frame->canvas, &err) < 0)
 		pen_run_give_up(run, &err);
+}
+
+/* How many rounds are merged of each tile of the frames that may be in flight. */
+static uint16_t *list_rounds(struct pen_run *run, uint32_t frames)
+{
+	const uint32_t tiles = run->job.tiling.count;
+	uint16_t *rounds = calloc((size_t)frames * tiles, sizeof *rounds);
+
+	for (uint32_t i = 0; rounds && i < frames; i++) {
+		const struct pen_run_frame *frame = find_frame(run, first_open(run) + i);
+
+		for (uint32_t k = 0; frame && k < tiles; k++)
+			rounds[(size_t)i * tiles + k] = frame->tiles.states[k].rounds;
+	}
+	return rounds;
 }
 
 /* Gives the job to the dispatch, with what is rendered already. */
@@ -165,56 +295,128 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 	struct pen_sched_job added = {
 		.number = run->job.number,
 		.tiling = &run->job.tiling,
+		.frame_first = first_open(run),
+		.frame_end = run->job.frame_first + run->job.frame_count,
 		.samples = run->job.sampling.samples,
 		.priority = run->job.priority,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,
 	};
-	uint16_t *rounds = calloc(run->job.tiling.count, sizeof *rounds);
+	uint16_t *rounds = list_rounds(
+		run, pen_reel_slots(&run->job.tiling, added.frame_end - added.frame_first));
 	int r;
 
 	if (!rounds)
 		return pen_error_memory(err);
-	for (uint32_t i = 0; run->tiles.states && i < run->job.tiling.count; i++)
-		rounds[i] = run->tiles.states[i].rounds;
 	added.rounds = rounds;
 	r = pen_dispatch_add_job(jobs->options.dispatch, &added, err);
 	free(rounds);
 	return r;
 }
 
-static void handle_opened(void *user, uint64_t number, const struct pen_canvas_tile *states)
+/* All framebuffers that were there are open: goes on with what they lack. */
+static void go_on(struct pen_jobs *jobs, struct pen_run *run)
 {
-	struct pen_jobs *jobs = user;
-	struct pen_run *run = pen_run_find(jobs, number);
 	struct pen_error err;
 
-	pen_tiles_load(&run->tiles, &run->job, states);
 	run->samples_at_begin = run->job.samples_done;
-	if (run->job.units_done == run->job.units_total)
-		sync_canvas(run);
-	else if (dispatch_job(jobs, run, &err) < 0)
+	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++)
+		if (is_whole(run, &run->frames[i]))
+			sync_frame(run, &run->frames[i]);
+	if (run->job.units_done < run->job.units_total && dispatch_job(jobs, run, &err) < 0)
 		pen_run_give_up(run, &err);
 }
 
-static void handle_merged(void *user, uint64_t number, uint32_t tile, uint64_t xxh3)
+static void handle_opened(
+	void *user, uint64_t number, uint32_t frame, const struct pen_canvas_tile *states)
 {
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = pen_run_find(jobs, number);
 
-	if (pen_tiles_merged(&run->tiles, &run->job, tile, xxh3))
-		pen_tiles_flush(&run->tiles, &run->job, jobs->options.store);
-	pen_dispatch_merged(jobs->options.dispatch, number, tile);
+	pen_tiles_load(&place_of(run, frame)->tiles, &run->job, states);
+	if (--run->opening == 0)
+		go_on(jobs, run);
 }
 
-static void handle_synced(void *user, uint64_t number)
+/* The last tile of a frame counts as merged only when the frame is on the disk. */
+static void handle_merged(
+	void *user, uint64_t number, uint32_t frame_number, uint32_t tile, uint64_t xxh3)
 {
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = pen_run_find(jobs, number);
+	struct pen_run_frame *frame = place_of(run, frame_number);
+	bool whole = pen_tiles_merged(&frame->tiles, &run->job, tile, xxh3);
+
+	if (pen_tile_news_add(&run->news, &frame->tiles, tile))
+		pen_tile_news_flush(&run->news, &run->job, jobs->options.store);
+	if (whole) {
+		frame->tile_last = tile;
+		sync_frame(run, frame);
+	} else {
+		pen_dispatch_merged(jobs->options.dispatch, number, frame_number, tile);
+	}
+}
+
+static void handle_frames_stored(void *user, const struct pen_error *err)
+{
+	struct pen_change *change = user;
+	struct pen_run *run = pen_run_find(change->jobs, change->number);
+
+	/* A restart may have come in between: then these frames count for nothing. */
+	if (run && err->code == 0 && change->frames_done <= run->passed &&
+		change->frames_done > run->job.frames_done) {
+		run->job.frames_done = change->frames_done;
+		run->job.revision++;
+	}
+	pen_change_finish(change, NULL, err);
+}
+
+/* Makes durable how many frames are whole; what cannot be told now is told with the next. */
+static void store_frames(struct pen_jobs *jobs, struct pen_run *run)
+{
+	struct pen_change *change = pen_change_create(jobs, &run->job, NULL, NULL);
+	struct pen_job row = run->job;
+
+	row.frames_done = run->passed;
+	if (!change)
+		return;
+	change->frames_done = run->passed;
+	if (pen_store_update_job(jobs->options.store, &row, handle_frames_stored, change, NULL) < 0)
+		free(change);
+}
+
+/* Frames that are on the disk, as far as all before them are, make room for others. */
+static void pass_frames(struct pen_jobs *jobs, struct pen_run *run)
+{
+	const uint32_t before = run->passed;
+	struct pen_run_frame *frame;
 	struct pen_error err;
 
-	if (pen_run_store_state(jobs, run, PEN_JOB_DONE, NULL, NULL, NULL, &err) < 0)
+	while (run->passed < run->job.frame_count &&
+		(frame = find_frame(run, first_open(run))) != NULL && frame->synced) {
+		drop_frame(frame);
+		run->passed++;
+	}
+	if (run->passed == before)
+		return;
+	if (run->passed < run->job.frame_count)
+		store_frames(jobs, run);
+	else if (pen_run_store_state(jobs, run, PEN_JOB_DONE, NULL, NULL, NULL, &err) < 0)
 		pen_run_give_up(run, &err);
+}
+
+static void handle_synced(void *user, uint64_t number, uint32_t frame_number)
+{
+	struct pen_jobs *jobs = user;
+	struct pen_run *run = pen_run_find(jobs, number);
+	struct pen_run_frame *frame = place_of(run, frame_number);
+	uint32_t tile = frame->tile_last;
+
+	frame->synced = true;
+	frame->tile_last = NO_TILE;
+	pass_frames(jobs, run);
+	if (tile != NO_TILE)
+		pen_dispatch_merged(jobs->options.dispatch, number, frame_number, tile);
 }
 
 static void handle_canvas_failed(void *user, uint64_t number, const struct pen_error *err)
@@ -233,23 +435,48 @@ static struct pen_framebuf framebuf_of(const struct pen_run *run)
 	return (struct pen_framebuf){run->job.tiling, pen_job_film(&run->job)};
 }
 
-void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
+static int open_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_run_frame *frame,
+	struct pen_error *err)
 {
 	const struct pen_framebuf framebuf = framebuf_of(run);
 	struct pen_canvas_events events = canvas_events(jobs);
 	char path[PATH_MAX];
-	struct pen_error err;
 	int r;
+
+	pen_run_path(jobs, &run->job, frame->tiles.frame, path);
+	r = pen_canvas_open(jobs->loop, run->job.number, frame->tiles.frame, path, &framebuf,
+		frame->tiles.states, &events, &frame->canvas, err);
+	run->opening += r == 0;
+	return r;
+}
+
+/* What is merged is what the frames say that have passed, and what the others will turn out to be.
+ */
+static void reset_counts(struct pen_run *run)
+{
+	struct pen_job *job = &run->job;
+	const uint64_t area = pen_rect_area(job->tiling.crop);
+
+	job->tiles_done = (uint64_t)run->passed * job->tiling.count;
+	job->units_done = job->tiles_done * pen_round_count(job->sampling.samples);
+	job->samples_done = run->passed * area * job->sampling.samples;
+}
+
+void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
+{
+	struct pen_error err;
+	int r = 0;
 
 	run->begun = true;
 	run->trouble.code = 0;
-	if (run->tiles.states) {
-		pen_run_path(jobs, run->job.id, path);
-		r = pen_canvas_open(jobs->loop, run->job.number, path, &framebuf, run->tiles.states,
-			&events, &run->canvas, &err);
-	} else {
-		r = dispatch_job(jobs, run, &err);
-	}
+	reset_counts(run);
+	for (uint32_t i = 0; r == 0 && i < PEN_REEL_FRAMES_MAX; i++)
+		if (run->frames[i].tiles.frame != 0)
+			r = open_canvas(jobs, run, &run->frames[i], &err);
+	if (r == 0 && run->passed == run->job.frame_count)
+		r = pen_run_store_state(jobs, run, PEN_JOB_DONE, NULL, NULL, NULL, &err);
+	else if (r == 0 && run->opening == 0)
+		go_on(jobs, run);
 	if (r < 0)
 		pen_run_give_up(run, &err);
 }
@@ -276,25 +503,32 @@ static void set_class(struct pen_job *shown, const char *equivalence_class)
 		pen_sha256_format(&content, shown->content);
 }
 
-static int create_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_error *err)
+/* The frame's place; its framebuffer is made when its first tile comes. */
+static struct pen_run_frame *begin_frame(
+	struct pen_jobs *jobs, struct pen_run *run, uint32_t number, struct pen_error *err)
 {
 	const struct pen_framebuf framebuf = framebuf_of(run);
 	struct pen_canvas_events events = canvas_events(jobs);
+	struct pen_run_frame *frame = pen_run_add_frame(run, number);
 	char path[PATH_MAX];
-	int r = pen_tiles_init(&run->tiles, &run->job, err);
 
-	if (r < 0)
-		return r;
-	pen_run_path(jobs, run->job.id, path);
-	return pen_canvas_create(
-		jobs->loop, run->job.number, path, &framebuf, &events, &run->canvas, err);
+	if (!frame) {
+		(void)pen_error_memory(err);
+		return NULL;
+	}
+	if (frame->canvas)
+		return frame;
+	pen_run_path(jobs, &run->job, number, path);
+	if (pen_canvas_create(jobs->loop, run->job.number, number, path, &framebuf, &events,
+		    &frame->canvas, err) < 0)
+		return NULL;
+	return frame;
 }
 
 static void dispatch_started(void *user, uint64_t number, const char *equivalence_class)
 {
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = pen_run_find(jobs, number);
-	struct pen_error err;
 
 	set_class(&run->job, equivalence_class);
 	run->job.state = PEN_JOB_RUNNING;
@@ -302,19 +536,26 @@ static void dispatch_started(void *user, uint64_t number, const char *equivalenc
 		run->job.started_ms = pen_clock_wall_ms();
 	run->job.revision++;
 	store_row(jobs, run);
-	if (!run->canvas && create_canvas(jobs, run, &err) < 0)
-		pen_run_give_up(run, &err);
 }
 
-static void dispatch_merge(
-	void *user, uint64_t number, uint32_t tile, uint32_t round, float *pixels)
+static void dispatch_merge(void *user, uint64_t number, uint32_t frame_number, uint32_t tile,
+	uint32_t round, float *pixels)
 {
-	struct pen_run *run = pen_run_find(user, number);
+	struct pen_jobs *jobs = user;
+	struct pen_run *run = pen_run_find(jobs, number);
+	struct pen_run_frame *frame = NULL;
 	struct pen_error err;
+	int r = 0;
 
-	if (!run->canvas || run->trouble.code < 0)
+	if (run->begun && run->trouble.code == 0) {
+		frame = begin_frame(jobs, run, frame_number, &err);
+		r = frame ? 0 : -1;
+	}
+	if (!frame)
 		free(pixels);
-	else if (pen_canvas_merge(run->canvas, tile, round, pixels, &err) < 0)
+	else
+		r = pen_canvas_merge(frame->canvas, tile, round, pixels, &err);
+	if (r < 0)
 		pen_run_give_up(run, &err);
 }
 
@@ -337,7 +578,8 @@ static void forget_pixels(struct pen_run *run)
 	struct pen_job *job = &run->job;
 
 	pen_run_halt(run);
-	pen_tiles_finish(&run->tiles);
+	drop_frames(run);
+	run->passed = job->frames_done = 0;
 	free(job->equivalence_class);
 	job->equivalence_class = NULL;
 	job->content[0] = '\0';
@@ -378,7 +620,7 @@ static void dispatch_ended(
 	struct pen_error why = PEN_ERROR_INIT, err;
 
 	switch (end) {
-	case PEN_DISPATCH_RENDERED: sync_canvas(run); return;
+	case PEN_DISPATCH_RENDERED: return; /* it is done when its frames are on the disk */
 	case PEN_DISPATCH_ABANDONED: restart(jobs, run); return;
 	case PEN_DISPATCH_FAILED: break;
 	}
@@ -402,7 +644,7 @@ void pen_run_connect(struct pen_jobs *jobs)
 static void update_eta(struct pen_run *run)
 {
 	struct pen_job *shown = &run->job;
-	uint64_t total = pen_rect_area(shown->tiling.crop) * shown->sampling.samples;
+	uint64_t total = pen_job_samples(shown);
 	uint64_t merged = shown->samples_done - run->samples_at_begin;
 
 	if (shown->state != PEN_JOB_RUNNING)
@@ -430,8 +672,8 @@ void pen_run_tick(struct pen_jobs *jobs, struct pen_run *run)
 {
 	if (run->ending)
 		return;
-	if (run->tiles.news_count > 0 && pen_clock_ms() - run->tiles.news_ms >= NEWS_MS)
-		pen_tiles_flush(&run->tiles, &run->job, jobs->options.store);
+	if (run->news.count > 0 && pen_clock_ms() - run->news.since_ms >= NEWS_MS)
+		pen_tile_news_flush(&run->news, &run->job, jobs->options.store);
 	update_eta(run);
 	if (run->trouble.code < 0 && run->job.state != PEN_JOB_PAUSED)
 		pause_troubled(jobs, run);

@@ -7,6 +7,7 @@
 #include "server/dispatch.h"
 #include "server/job.h"
 #include "server/job_table.h"
+#include "server/reel.h"
 #include "server/tiles.h"
 
 #include <stdbool.h>
@@ -20,13 +21,23 @@
  * rendered, the canvas puts it into the framebuffer, the store keeps where it stands; job.c takes
  * what users ask for.
  */
+struct pen_run_frame {
+	struct pen_tiles tiles; /* of a frame, if it has begun */
+	struct pen_canvas *canvas;
+	uint32_t tile_last; /* merged last: the dispatch is told when the frame is on the disk */
+	bool synced;	    /* it is */
+};
+
 struct pen_run {
 	struct pen_job job; /* what is shown; first, so that a pen_job is a pen_run */
 	TAILQ_ENTRY(pen_run) unfinished;
 
 	/* Of an unfinished one. */
-	struct pen_canvas *canvas;
-	struct pen_tiles tiles;
+	struct pen_run_frame frames[PEN_REEL_FRAMES_MAX]; /* frame n is at n modulo their number */
+	uint32_t passed; /* frames, from the first on, that are on the disk: job.frames_done will be
+			    that when it is stored */
+	uint32_t opening; /* framebuffers that are being looked at */
+	struct pen_tile_news news;
 	int64_t running_ms; /* spent rendering since this coordinator began it */
 	uint64_t samples_at_begin;
 	bool begun;		  /* the dispatch or the canvas is at work on it */
@@ -53,6 +64,7 @@ struct pen_change {
 	struct pen_run *accepted; /* a new one, not in the table yet */
 	enum pen_job_state state;
 	int64_t finished_ms;
+	uint32_t frames_done;
 	struct pen_error error;
 	pen_job_fn *fn; /* may be NULL */
 	void *user;
@@ -74,8 +86,15 @@ static inline bool pen_job_is_over(enum pen_job_state state)
 /* NULL when there is none. */
 struct pen_run *pen_run_find(const struct pen_jobs *jobs, uint64_t number);
 
-/* Of the framebuffer; ret_path holds PATH_MAX characters. */
-void pen_run_path(const struct pen_jobs *jobs, const char *id, char *ret_path);
+/* Of a frame's framebuffer; ret_path holds PATH_MAX characters. */
+void pen_run_path(
+	const struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame, char *ret_path);
+
+/* Removes the framebuffers of a job that is gone, in the background when there are many. */
+void pen_run_unlink(struct pen_jobs *jobs, const struct pen_job *job);
+
+/* The frame's place, with its tiles at 0 rounds when it was free; NULL without memory. */
+struct pen_run_frame *pen_run_add_frame(struct pen_run *run, uint32_t number);
 
 /* Takes the calls of the dispatch. */
 void pen_run_connect(struct pen_jobs *jobs);

@@ -2,7 +2,7 @@
 #include "server/sched.h"
 
 #include "core/base/limits.h"
-#include "server/backlog.h"
+#include "server/reel.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -17,7 +17,7 @@
 
 struct job {
 	uint64_t number;
-	struct pen_backlog backlog;
+	struct pen_reel reel;
 	uint32_t priority;
 	bool paused;
 	bool started; /* it has had a lease since it was added */
@@ -69,7 +69,7 @@ static void job_destroy(struct job *job)
 {
 	if (!job)
 		return;
-	pen_backlog_finish(&job->backlog);
+	pen_reel_finish(&job->reel);
 	free(job);
 }
 
@@ -154,7 +154,8 @@ int pen_sched_add_job(
 		free(job);
 		return pen_error_memory(err);
 	}
-	r = pen_backlog_init(&job->backlog, given->tiling, given->samples, given->rounds, err);
+	r = pen_reel_init(&job->reel, given->tiling, given->frame_first, given->frame_end,
+		given->samples, given->rounds, err);
 	if (r < 0) {
 		free(job);
 		return r;
@@ -239,7 +240,8 @@ static double predicted_seconds(const struct job *job, const struct pen_sched_le
 {
 	if (job->seconds_per_sample <= 0)
 		return UNMEASURED_SECONDS;
-	return job->seconds_per_sample * (double)pen_backlog_samples(&job->backlog, lease->tile);
+	return job->seconds_per_sample *
+	       (double)pen_backlog_samples(pen_reel_backlog(&job->reel, lease->frame), lease->tile);
 }
 
 static double weight(const struct job *job)
@@ -269,7 +271,7 @@ static void revoke(struct pen_sched *sched, struct worker *worker, struct pen_sc
 static void requeue(struct job *job, const struct pen_sched_lease *lease)
 {
 	job->virtual_seconds -= lease->charge;
-	pen_backlog_return(&job->backlog, lease->tile);
+	pen_backlog_return(pen_reel_backlog(&job->reel, lease->frame), lease->tile);
 }
 
 static void revoke_all(struct pen_sched *sched, struct job *job)
@@ -294,7 +296,7 @@ static void drop_job(struct pen_sched *sched, struct job *job)
 	size_t place = 0;
 
 	revoke_all(sched, job);
-	sched->merging -= job->backlog.merging;
+	sched->merging -= pen_reel_merging(&job->reel);
 	while (sched->jobs[place] != job)
 		place++;
 	sched->jobs[place] = sched->jobs[--sched->job_count];
@@ -308,13 +310,15 @@ static void fail_job(struct pen_sched *sched, struct job *job)
 	drop_job(sched, job);
 }
 
-static void tell_blame(struct job *job, uint32_t tile, const char *reason)
+static void tell_blame(struct job *job, const struct pen_sched_lease *lease, const char *reason)
 {
-	struct pen_rect rect = pen_tiling_rect(&job->backlog.tiling, tile);
+	struct pen_rect rect =
+		pen_tiling_rect(&pen_reel_backlog(&job->reel, lease->frame)->tiling, lease->tile);
 
 	(void)pen_error_set(&job->reason, PEN_EIO,
-		"tile %u (pixels %u,%u to %u,%u) failed %u times; the last time: %s", tile, rect.x0,
-		rect.y0, rect.x1, rect.y1, PEN_BLAME_MAX, reason);
+		"tile %u of frame %u (pixels %u,%u to %u,%u) failed %u times; the last time: %s",
+		lease->tile, lease->frame, rect.x0, rect.y0, rect.x1, rect.y1, PEN_BLAME_MAX,
+		reason);
 }
 
 /* Ends a lease without pixels, whatever the fault. */
@@ -322,17 +326,18 @@ static void lose_unit(struct pen_sched *sched, struct worker *worker, struct pen
 	enum pen_sched_fault fault, const char *reason)
 {
 	struct job *job = job_of(sched, lease);
+	struct pen_backlog *backlog = pen_reel_backlog(&job->reel, lease->frame);
 	bool survives = true;
 
-	if (fault == PEN_SCHED_FAULT_KILLED && !pen_backlog_excuse(&job->backlog, lease->tile))
+	if (fault == PEN_SCHED_FAULT_KILLED && !pen_backlog_excuse(backlog, lease->tile))
 		fault = PEN_SCHED_FAULT_OWN;
 	if (fault == PEN_SCHED_FAULT_SCENE) {
 		(void)pen_error_set(&job->reason, PEN_EINVALID, "%s", reason);
 		survives = false;
 	} else if (fault == PEN_SCHED_FAULT_OWN) {
-		survives = pen_backlog_blame(&job->backlog, lease->tile, worker->id);
+		survives = pen_backlog_blame(backlog, lease->tile, worker->id);
 		if (!survives)
-			tell_blame(job, lease->tile, reason);
+			tell_blame(job, lease, reason);
 	}
 	requeue(job, lease);
 	end_lease(worker, lease);
@@ -350,32 +355,37 @@ static bool serves(const struct worker *worker, const struct job *job)
 }
 
 /* Whether a tile that failed on worker had better wait for another one. */
-static bool avoids(const struct pen_sched *sched, const struct job *job, uint32_t tile,
-	const struct worker *worker)
+static bool avoids(const struct pen_sched *sched, const struct job *job,
+	const struct pen_backlog *backlog, uint32_t tile, const struct worker *worker)
 {
-	if (!pen_backlog_failed_on(&job->backlog, tile, worker->id))
+	if (!pen_backlog_failed_on(backlog, tile, worker->id))
 		return false;
 	for (size_t i = 0; i < sched->worker_count; i++) {
 		const struct worker *other = sched->workers[i];
 
-		if (serves(other, job) && !pen_backlog_failed_on(&job->backlog, tile, other->id))
+		if (serves(other, job) && !pen_backlog_failed_on(backlog, tile, other->id))
 			return true;
 	}
 	return false;
 }
 
-/* The place in the job's queue of the best unit for worker; false when there is none. */
-static bool find_unit(const struct pen_sched *sched, const struct job *job,
-	const struct worker *worker, uint32_t *ret_place)
+/* A unit that waits: its place in the queue of its frame. */
+struct unit {
+	uint32_t frame, place;
+};
+
+static bool find_unit_of_frame(const struct pen_sched *sched, const struct job *job,
+	const struct worker *worker, struct unit *unit)
 {
-	const struct pen_tile_queue *waiting = &job->backlog.waiting;
+	const struct pen_backlog *backlog = pen_reel_backlog(&job->reel, unit->frame);
+	const struct pen_tile_queue *waiting = &backlog->waiting;
 	bool found = false;
 
 	for (uint32_t i = 0; i < waiting->count; i++) {
-		if (avoids(sched, job, pen_tile_queue_at(waiting, i), worker))
+		if (avoids(sched, job, backlog, pen_tile_queue_at(waiting, i), worker))
 			continue;
-		if (!found || pen_tile_queue_before(waiting, i, *ret_place))
-			*ret_place = i;
+		if (!found || pen_tile_queue_before(waiting, i, unit->place))
+			unit->place = i;
 		found = true;
 		if (i == 0)
 			break;
@@ -383,11 +393,26 @@ static bool find_unit(const struct pen_sched *sched, const struct job *job,
 	return found;
 }
 
+/* The job's best unit for worker; false when there is none. */
+static bool find_unit(const struct pen_sched *sched, const struct job *job,
+	const struct worker *worker, struct unit *ret_unit)
+{
+	struct unit unit = {.frame = job->reel.first};
+
+	for (; unit.frame < job->reel.open; unit.frame++)
+		if (find_unit_of_frame(sched, job, worker, &unit)) {
+			*ret_unit = unit;
+			return true;
+		}
+	return false;
+}
+
 /* Whose turn it is among the jobs that have a unit for worker; NULL when there is none. */
 static struct job *choose_job(struct pen_sched *sched, const struct worker *worker)
 {
 	struct job *turn = NULL, *waiting = NULL, *ahead = NULL;
-	uint32_t active = 0, place;
+	uint32_t active = 0;
+	struct unit unit;
 
 	for (size_t i = 0; i < sched->job_count; i++) {
 		struct job *job = sched->jobs[i];
@@ -399,7 +424,7 @@ static struct job *choose_job(struct pen_sched *sched, const struct worker *work
 		if (job->active && (!ahead || job->virtual_seconds > ahead->virtual_seconds))
 			ahead = job;
 		if ((!*best || job->virtual_seconds < (*best)->virtual_seconds) &&
-			find_unit(sched, job, worker, &place))
+			find_unit(sched, job, worker, &unit))
 			*best = job;
 	}
 	if (!waiting)
@@ -421,8 +446,10 @@ static void start_job(struct pen_sched *sched, struct job *job, const struct wor
 	act(sched, PEN_SCHED_STARTED, job)->text = job->equivalence_class;
 }
 
-static void grant(struct pen_sched *sched, struct worker *worker, struct job *job, uint32_t place)
+static void grant(
+	struct pen_sched *sched, struct worker *worker, struct job *job, const struct unit *unit)
 {
+	struct pen_backlog *backlog = pen_reel_backlog(&job->reel, unit->frame);
 	struct pen_sched_lease *lease = worker->leases;
 	struct pen_sched_action *action;
 	uint32_t tile;
@@ -431,23 +458,26 @@ static void grant(struct pen_sched *sched, struct worker *worker, struct job *jo
 		start_job(sched, job, worker);
 	while (lease->id != 0)
 		lease++;
-	tile = pen_backlog_take(&job->backlog, place);
+	tile = pen_backlog_take(backlog, unit->place);
 	*lease = (struct pen_sched_lease){
 		.id = ++sched->lease_last,
 		.job = job->number,
+		.frame = unit->frame,
 		.tile = tile,
-		.round = pen_backlog_round(&job->backlog, tile),
-		.epoch = pen_backlog_epoch(&job->backlog, tile),
+		.round = pen_backlog_round(backlog, tile),
+		.epoch = pen_backlog_epoch(backlog, tile),
 		.granted_ms = sched->now_ms,
 	};
 	lease->charge = predicted_seconds(job, lease) / weight(job);
 	sched->virtual_seconds = job->virtual_seconds;
 	job->virtual_seconds += lease->charge;
 	worker->lease_count++;
+	pen_reel_advance(&job->reel);
 
 	action = act(sched, PEN_SCHED_LEASE, job);
 	action->worker = worker->id;
 	action->lease = lease->id;
+	action->frame = unit->frame;
 	action->tile = tile;
 	action->round = lease->round;
 	action->epoch = lease->epoch;
@@ -473,15 +503,15 @@ static struct worker *least_loaded(const struct pen_sched *sched)
 static void grant_leases(struct pen_sched *sched)
 {
 	struct worker *worker;
+	struct unit unit;
 	struct job *job;
-	uint32_t place = 0;
 
 	for (size_t i = 0; i < sched->worker_count; i++)
 		sched->workers[i]->idle = false;
 	while (sched->merging < PEN_MERGING_MAX && (worker = least_loaded(sched)) != NULL) {
 		job = choose_job(sched, worker);
-		if (job && find_unit(sched, job, worker, &place))
-			grant(sched, worker, job, place);
+		if (job && find_unit(sched, job, worker, &unit))
+			grant(sched, worker, job, &unit);
 		else
 			worker->idle = true;
 	}
@@ -566,20 +596,23 @@ static void handle_result(struct pen_sched *sched, struct worker *worker,
 	struct pen_sched_lease *lease, double seconds)
 {
 	struct job *job = job_of(sched, lease);
-	double samples = (double)pen_backlog_samples(&job->backlog, lease->tile);
+	struct pen_backlog *backlog = pen_reel_backlog(&job->reel, lease->frame);
+	double samples = (double)pen_backlog_samples(backlog, lease->tile);
 
 	job->virtual_seconds += seconds / weight(job) - lease->charge;
 	job->seconds_per_sample += (job->seconds_per_sample > 0 ? 0.25 : 1.0) *
 				   (seconds / samples - job->seconds_per_sample);
-	pen_backlog_deliver(&job->backlog, lease->tile);
+	pen_backlog_deliver(backlog, lease->tile);
 	sched->merging++;
 	end_lease(worker, lease);
 }
 
-static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t tile)
+static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t frame, uint32_t tile)
 {
 	sched->merging--;
-	if (!pen_backlog_merged(&job->backlog, tile))
+	(void)pen_backlog_merged(pen_reel_backlog(&job->reel, frame), tile);
+	pen_reel_advance(&job->reel);
+	if (job->reel.first < job->reel.end)
 		return;
 	(void)act(sched, PEN_SCHED_RENDERED, job);
 	drop_job(sched, job);
@@ -668,7 +701,7 @@ struct pen_sched_actions pen_sched_step(
 	case PEN_SCHED_MERGED:
 		job = find_job(sched, event->job);
 		if (job)
-			handle_merged(sched, job, event->u.tile);
+			handle_merged(sched, job, event->u.merged.frame, event->u.merged.tile);
 		break;
 	case PEN_SCHED_TICK: handle_tick(sched); break;
 	}
@@ -690,7 +723,7 @@ uint64_t pen_sched_waiting(const struct pen_sched *sched)
 
 	for (size_t i = 0; i < sched->job_count; i++)
 		if (!sched->jobs[i]->paused)
-			count += sched->jobs[i]->backlog.waiting.count;
+			count += pen_reel_waiting(&sched->jobs[i]->reel);
 	return count;
 }
 

@@ -14,9 +14,11 @@
  * reads and allocates nothing on the way (memory is taken only when a job or a worker is added).
  * Times are ms of any steady clock.
  *
- * A unit is one round of one tile. Rounds of a tile are rendered strictly in order, one at a time:
- * waiting, leased to a worker, merging (the result is valid and on its way into the framebuffer),
- * merged. Within a job the lowest round goes first, within a round the tiles nearest the centre.
+ * A unit is one round of one tile of one frame. Rounds of a tile are rendered strictly in order,
+ * one at a time: waiting, leased to a worker, merging (the result is valid and on its way into the
+ * framebuffer), merged. Within a frame the lowest round goes first, within a round the tiles
+ * nearest the centre. Frames go in order: the next one begins when nothing of those before it
+ * waits, so that nobody idles, and a few at most are in flight.
  *
  * Jobs share the farm by virtual time: render seconds over weight (1 + priority). At most
  * PEN_SCHED_JOBS_ACTIVE of one equivalence class take turns unit by unit, since each costs every
@@ -60,7 +62,9 @@ struct pen_sched_event {
 		uint32_t priority;
 		uint64_t samples; /* PROGRESS: finished so far */
 		double seconds;	  /* RESULT: of rendering */
-		uint32_t tile;	  /* MERGED */
+		struct {
+			uint32_t frame, tile;
+		} merged;
 		struct {
 			enum pen_sched_fault fault;
 			const char *reason; /* valid during the step */
@@ -81,7 +85,7 @@ struct pen_sched_action {
 	enum pen_sched_action_type type;
 	uint64_t job;
 	uint64_t worker, lease; /* LEASE, REVOKE */
-	uint32_t tile, round, epoch;
+	uint32_t frame, tile, round, epoch;
 	const char *text; /* class of STARTED, reason of FAILED; valid until the next step */
 };
 
@@ -93,11 +97,12 @@ struct pen_sched_actions {
 struct pen_sched_job {
 	uint64_t number; /* never used twice */
 	const struct pen_tiling *tiling;
+	uint32_t frame_first, frame_end; /* those that are not wholly merged; not empty */
 	uint32_t samples;
 	uint32_t priority;
 	bool paused;
 	const char *equivalence_class; /* NULL: not chosen yet */
-	const uint16_t *rounds;	       /* merged already, one a tile; NULL: none */
+	const uint16_t *rounds;	       /* merged already, as pen_reel_init takes them */
 };
 
 struct pen_sched_worker {
@@ -110,7 +115,7 @@ struct pen_sched_worker {
 struct pen_sched_lease {
 	uint64_t id; /* never used twice; 0 = a free place */
 	uint64_t job;
-	uint32_t tile, round, epoch;
+	uint32_t frame, tile, round, epoch;
 	bool started;	  /* else it waits in the worker */
 	uint64_t samples; /* finished, as last heard */
 	int64_t granted_ms, started_ms, progress_ms;

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SCHEMA_VERSION = 2, BUSY_MS = 5000 };
+enum { SCHEMA_VERSION = 3, BUSY_MS = 5000 };
 
 /* In the order of enum statement_name. */
 static const char *const statement_texts[] = {
@@ -25,11 +25,13 @@ static const char *const statement_texts[] = {
 	" width, height, crop_x0, crop_y0, crop_x1, crop_y1, tile_px, samples, exposure,"
 	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
 	" restarts, error_code, error_text, image_revision, aovs, mode, threshold, error,"
-	" confidence, min_samples)"
+	" confidence, min_samples, frame_first, frame_count, frames_done)"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
-	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34)",
-	"INSERT OR REPLACE INTO tiles (job, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4)",
+	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34,"
+	" ?35, ?36, ?37)",
+	"INSERT OR REPLACE INTO tiles (job, frame, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4, ?5)",
 	"DELETE FROM tiles WHERE job = ?1",
+	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
 	"DELETE FROM jobs WHERE number = ?1",
 	"INSERT OR IGNORE INTO removed (id) VALUES (?1)",
 	"SELECT count(*) FROM jobs WHERE scene = ?1",
@@ -42,6 +44,7 @@ enum statement_name {
 	PUT_JOB,
 	PUT_TILE,
 	FORGET_TILES,
+	FORGET_FRAMES,
 	FORGET_JOB,
 	PUT_REMOVED,
 	COUNT_SCENE,
@@ -92,6 +95,19 @@ static const char *const migrations[SCHEMA_VERSION] = {
 	"ALTER TABLE jobs ADD COLUMN min_samples INTEGER NOT NULL DEFAULT 0;"
 	"PRAGMA user_version = 2;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN frame_first INTEGER NOT NULL DEFAULT 1;"
+	"ALTER TABLE jobs ADD COLUMN frame_count INTEGER NOT NULL DEFAULT 1;"
+	"ALTER TABLE jobs ADD COLUMN frames_done INTEGER NOT NULL DEFAULT 0;"
+	"UPDATE jobs SET frames_done = 1 WHERE state = 3;"
+	"CREATE TABLE frame_tiles (job INTEGER NOT NULL, frame INTEGER NOT NULL,"
+	" tile INTEGER NOT NULL, rounds INTEGER NOT NULL, xxh3 INTEGER NOT NULL,"
+	" PRIMARY KEY (job, frame, tile)) STRICT, WITHOUT ROWID;"
+	"INSERT INTO frame_tiles SELECT job, 1, tile, rounds, xxh3 FROM tiles;"
+	"DROP TABLE tiles;"
+	"ALTER TABLE frame_tiles RENAME TO tiles;"
+	"PRAGMA user_version = 3;"
+	"COMMIT;",
 };
 
 /*
@@ -106,9 +122,9 @@ static const char load_jobs[] =
 	"SELECT number, id, state, name, scene, class, content, priority, width, height, crop_x0,"
 	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
 	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
-	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples"
-	" FROM jobs ORDER BY number";
-static const char load_tiles[] = "SELECT tile, rounds, xxh3 FROM tiles WHERE job = ?1";
+	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples,"
+	" frame_first, frame_count, frames_done FROM jobs ORDER BY number";
+static const char load_tiles[] = "SELECT frame, tile, rounds, xxh3 FROM tiles WHERE job = ?1";
 static const char load_removed[] = "SELECT id FROM removed";
 
 enum request_type { ADD_JOB, UPDATE_JOB, PUT_TILES, REMOVE_JOB };
@@ -259,6 +275,9 @@ static int put_job(struct pen_store *store, const struct pen_job *job, struct pe
 	(void)sqlite3_bind_double(statement, 32, job->sampling.error);
 	(void)sqlite3_bind_double(statement, 33, job->sampling.confidence);
 	bind_number(statement, 34, job->sampling.min_samples);
+	bind_number(statement, 35, job->frame_first);
+	bind_number(statement, 36, job->frame_count);
+	bind_number(statement, 37, job->frames_done);
 	return run(store, PUT_JOB, NULL, err);
 }
 
@@ -268,9 +287,10 @@ static int put_tile(struct pen_store *store, uint64_t job, const struct pen_stor
 	sqlite3_stmt *statement = store->statements[PUT_TILE];
 
 	bind_number(statement, 1, job);
-	bind_number(statement, 2, tile->tile);
-	bind_number(statement, 3, tile->state.rounds);
-	bind_number(statement, 4, tile->state.xxh3);
+	bind_number(statement, 2, tile->frame);
+	bind_number(statement, 3, tile->tile);
+	bind_number(statement, 4, tile->state.rounds);
+	bind_number(statement, 5, tile->state.xxh3);
 	return run(store, PUT_TILE, NULL, err);
 }
 
@@ -286,6 +306,12 @@ static bool keeps_tiles(const struct pen_job *job)
 	return job->state < PEN_JOB_DONE && job->equivalence_class;
 }
 
+/* The first frame that is not done. */
+static uint32_t first_open(const struct pen_job *job)
+{
+	return job->frame_first + job->frames_done;
+}
+
 static int carry_out(struct pen_store *store, const struct request *request, struct pen_error *err)
 {
 	const struct pen_job *job = &request->job;
@@ -299,8 +325,9 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 	case UPDATE_JOB:
 		r = put_job(store, job, err);
 		if (r == 0 && !keeps_tiles(job))
-			r = forget(store, FORGET_TILES, job->number, err);
-		return r;
+			return forget(store, FORGET_TILES, job->number, err);
+		bind_number(store->statements[FORGET_FRAMES], 2, first_open(job));
+		return r < 0 ? r : forget(store, FORGET_FRAMES, job->number, err);
 	case PUT_TILES:
 		for (size_t i = 0; r == 0 && i < request->count; i++)
 			r = put_tile(store, job->number, &request->tiles[i], err);
@@ -513,6 +540,13 @@ static uint64_t column_number(sqlite3_stmt *row, int column)
 	return (uint64_t)sqlite3_column_int64(row, column);
 }
 
+static bool frames_valid(const struct pen_job *job)
+{
+	return job->frame_first > 0 && job->frame_count > 0 && job->frame_count <= PEN_FRAMES_MAX &&
+	       job->frame_first <= UINT32_MAX - job->frame_count &&
+	       job->frames_done <= job->frame_count;
+}
+
 /* name and class are the row's; false when the row is not one this program has written. */
 static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name, char **ret_class)
 {
@@ -531,7 +565,7 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name
 	job.exposure = sqlite3_column_double(row, 16);
 	job.units_done = column_number(row, 17);
 	job.units_total = column_number(row, 18);
-	job.tiles_done = column_count(row, 19);
+	job.tiles_done = column_number(row, 19);
 	job.samples_done = column_number(row, 20);
 	job.created_ms = sqlite3_column_int64(row, 21);
 	job.started_ms = sqlite3_column_int64(row, 22);
@@ -546,12 +580,15 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name
 	job.sampling.error = sqlite3_column_double(row, 31);
 	job.sampling.confidence = sqlite3_column_double(row, 32);
 	job.sampling.min_samples = column_count(row, 33);
+	job.frame_first = column_count(row, 34);
+	job.frame_count = column_count(row, 35);
+	job.frames_done = column_count(row, 36);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		sqlite3_column_bytes(row, 4) != sizeof job.scene_sha256 || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||
 		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.sampling.samples == 0 ||
 		job.sampling.samples > PEN_SAMPLES_MAX ||
-		job.sampling.mode > PEN_SAMPLING_INTERLEAVED)
+		job.sampling.mode > PEN_SAMPLING_INTERLEAVED || !frames_valid(&job))
 		return false;
 	memcpy(&job.scene_sha256, sqlite3_column_blob(row, 4), sizeof job.scene_sha256);
 	pen_tiling_init(&job.tiling, crop, tile_px);
@@ -577,12 +614,14 @@ static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *
 
 	bind_number(rows, 1, job->number);
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
-		struct pen_store_tile tile = {column_count(rows, 0),
-			{(uint16_t)column_count(rows, 1), column_number(rows, 2)}};
+		struct pen_store_tile tile = {column_count(rows, 0), column_count(rows, 1),
+			{(uint16_t)column_count(rows, 2), column_number(rows, 3)}};
 
 		if (step != SQLITE_ROW)
 			r = database_error(store, err);
-		else if (tile.tile < job->tiling.count &&
+		else if (tile.frame >= first_open(job) &&
+			 tile.frame - job->frame_first < job->frame_count &&
+			 tile.tile < job->tiling.count &&
 			 tile.state.rounds <= pen_round_count(job->sampling.samples))
 			r = visitor->tile(visitor->user, job->number, &tile, err);
 	}

@@ -26,7 +26,7 @@ typedef void pen_store_fn(void *user, const struct pen_error *err);
 
 /* A row of the tiles of an unfinished job. */
 struct pen_store_tile {
-	uint32_t tile;
+	uint32_t frame, tile;
 	struct pen_canvas_tile state;
 };
 
@@ -61,7 +61,10 @@ int pen_store_load(
 int pen_store_add_job(struct pen_store *store, const struct pen_job *job, char *text, size_t size,
 	pen_store_fn *fn, void *user, struct pen_error *err);
 
-/* A job's row as it is now; the tiles of one that is over, or has lost its class, are forgotten. */
+/*
+ * A job's row as it is now; the tiles of one that is over, or has lost its class, are forgotten,
+ * and those of frames that are done.
+ */
 int pen_store_update_job(struct pen_store *store, const struct pen_job *job, pen_store_fn *fn,
 	void *user, struct pen_error *err);
 

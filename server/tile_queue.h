@@ -23,6 +23,12 @@ int pen_tile_queue_init(
 	struct pen_tile_queue *queue, const struct pen_tiling *tiling, struct pen_error *err);
 void pen_tile_queue_finish(struct pen_tile_queue *queue);
 
+/* Empty again. */
+static inline void pen_tile_queue_clear(struct pen_tile_queue *queue)
+{
+	queue->count = 0;
+}
+
 void pen_tile_queue_push(struct pen_tile_queue *queue, uint32_t tile, uint32_t round);
 
 /* The tile at place (< count); the best is at place 0, the others in no particular order. */

@@ -8,32 +8,46 @@
 #include "server/job.h"
 #include "server/store.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-/* How far an unfinished job's tiles are, and which of that the store has not been told yet. */
+/* How far the tiles of one frame of an unfinished job are. */
 struct pen_tiles {
-	struct pen_canvas_tile *states; /* as many as the job's tiling; NULL: nothing is rendered */
-	struct pen_store_tile news[PEN_TILES_COMMIT_MAX];
-	size_t news_count;
-	int64_t news_ms; /* of the oldest */
+	uint32_t frame;			/* 0: of none */
+	struct pen_canvas_tile *states; /* as many as the job's tiling */
+	uint32_t done;			/* with all their rounds */
+	uint64_t units_done, samples_done;
+	uint64_t revision; /* image_revision of the job at the last merge */
 };
 
-/* All tiles at 0 rounds. */
-int pen_tiles_init(struct pen_tiles *tiles, const struct pen_job *job, struct pen_error *err);
+/* All tiles of the frame at 0 rounds. */
+int pen_tiles_init(
+	struct pen_tiles *tiles, const struct pen_job *job, uint32_t frame, struct pen_error *err);
 void pen_tiles_finish(struct pen_tiles *tiles);
 
-/* Takes over what a canvas has found, and sets the job's counters to it. */
+/* Takes over what a canvas has found; the job's counters get what is there. */
 void pen_tiles_load(
 	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas_tile *states);
 
-/* One more round of a tile is merged: counts it, in job too. True when the news are full. */
+/* One more round of a tile is merged: counts it, in job too. True when it was the frame's last. */
 bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile, uint64_t xxh3);
 
+/* What of a job's tiles the store has not been told yet. */
+struct pen_tile_news {
+	struct pen_store_tile items[PEN_TILES_COMMIT_MAX];
+	size_t count;
+	int64_t since_ms; /* of the oldest */
+};
+
+/* True when they are full. */
+bool pen_tile_news_add(struct pen_tile_news *news, const struct pen_tiles *tiles, uint32_t tile);
+
 /*
- * Hands the news to the store. They are dropped when it refuses: a tile whose row is old is
- * rendered again after a restart, no more.
+ * Hands the news to the store, but for those of frames that are done. They are dropped when it
+ * refuses: a tile whose row is old is rendered again after a restart, no more.
  */
-void pen_tiles_flush(struct pen_tiles *tiles, const struct pen_job *job, struct pen_store *store);
+void pen_tile_news_flush(
+	struct pen_tile_news *news, const struct pen_job *job, struct pen_store *store);
 
 #endif

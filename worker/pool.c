@@ -238,6 +238,7 @@ static void send_result(
 				.rays = answer->stats.rays,
 				.rays_dropped = answer->stats.rays_dropped,
 				.samples_black = answer->stats.samples_black,
+				.frame = lease->msg.frame,
 			},
 		.payload = pool->pixels,
 		.payload_size = size,

@@ -11,6 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* In the detail of EVENT_SYNCED, beside the cell. */
+#define SYNC_TOLD 0x80000000u
+
 /* The ledger: what must be true of every lease, result and end */
 
 static struct peer *find_peer(struct sim *sim, uint64_t id)
@@ -34,17 +37,35 @@ static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *h
 {
 	struct sim_job *job = sim_find_job(sim, held->job);
 
-	job->tiles[held->tile].out = false;
-	job->tiles[held->tile].merging = good;
+	struct sim_tile *tile = &job->cells[sim_cell(job, held->frame, held->tile)];
+
+	tile->out = false;
+	tile->merging = good;
 	job->losses += !good;
 	*held = peer->leases[--peer->count];
+}
+
+/* Whether a frame is the first of its tiles to go out while another tile before it could. */
+static bool skips_frame(const struct sim_job *job, uint32_t frame)
+{
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++) {
+		const struct sim_tile *tile = &job->cells[sim_cell(job, frame, i)];
+
+		if (tile->out || tile->merging || tile->rounds > 0)
+			return false;
+	}
+	for (uint32_t i = 0; i < sim_cell(job, frame, 0); i++)
+		if (!job->cells[i].out && !job->cells[i].merging &&
+			job->cells[i].rounds < job->rounds && job->losses == 0)
+			return true;
+	return false;
 }
 
 static void check_lease(struct sim *sim, const struct peer *peer, const struct pen_msg_lease *lease)
 {
 	const struct sim_worker *worker = &sim->workers[peer - sim->peers];
 	const struct sim_job *job = sim_find_job(sim, lease->job);
-	const struct sim_tile *tile = &job->tiles[lease->tile];
+	const struct sim_tile *tile = &job->cells[sim_cell(job, lease->frame, lease->tile)];
 	struct pen_rect rect = pen_tiling_rect(&job->shown.tiling, lease->tile);
 
 	if (!job->listed || job->paused)
@@ -56,6 +77,10 @@ static void check_lease(struct sim *sim, const struct peer *peer, const struct p
 		sim_violate(sim, "a lease to a worker that has enough");
 	if (strcmp(job->class_text, worker->class_text) != 0)
 		sim_violate(sim, "a lease to a worker of another class");
+	if (lease->frame < 1 || lease->frame > job->shown.frame_count)
+		sim_violate(sim, "a lease of frame %u, which there is not", lease->frame);
+	if (skips_frame(job, lease->frame))
+		sim_violate(sim, "frame %u begins while one before it waits", lease->frame);
 	if (tile->out || tile->merging)
 		sim_violate(sim, "tile %u is leased twice at once", lease->tile);
 	if (lease->round != tile->rounds || lease->round >= job->rounds)
@@ -70,10 +95,11 @@ static void dispatch_lease(void *user, uint64_t id, const struct pen_msg_lease *
 {
 	struct sim *sim = user;
 	struct peer *peer = find_peer(sim, id);
+	struct sim_job *job;
 	uint32_t index;
 
-	sim_note(sim,
-		1 ^ id << 4 ^ lease->lease << 12 ^ lease->job << 36 ^ (uint64_t)lease->tile << 44);
+	sim_note(sim, 1 ^ id << 4 ^ lease->lease << 12 ^ lease->job << 36 ^
+			      (uint64_t)lease->tile << 44 ^ (uint64_t)lease->frame << 52);
 	if (!peer) {
 		sim_violate(sim, "a lease to a worker that has gone");
 		return;
@@ -82,7 +108,8 @@ static void dispatch_lease(void *user, uint64_t id, const struct pen_msg_lease *
 	if (sim->result->violation[0] != '\0')
 		return;
 	sim->lease_last = lease->lease;
-	sim_find_job(sim, lease->job)->tiles[lease->tile].out = true;
+	job = sim_find_job(sim, lease->job);
+	job->cells[sim_cell(job, lease->frame, lease->tile)].out = true;
 	peer->leases[peer->count++] = *lease;
 	index = (uint32_t)(peer - sim->peers);
 	sim_post(sim, (struct event){.type = EVENT_LEASE,
@@ -110,9 +137,9 @@ static void dispatch_revoke(void *user, uint64_t id, uint64_t lease)
 	end_held(sim, peer, held, false);
 }
 
-static float stamp(uint64_t job, uint32_t tile, uint32_t round)
+static float stamp(uint64_t job, uint32_t cell, uint32_t round)
 {
-	return (float)((job * TILES_MAX + tile) * 16 + round);
+	return (float)((job * CELLS_MAX + cell) * 16 + round);
 }
 
 static const struct pen_job *dispatch_find(void *user, uint64_t number)
@@ -129,15 +156,16 @@ static void dispatch_started(void *user, uint64_t number, const char *equivalenc
 }
 
 static void dispatch_merge(
-	void *user, uint64_t number, uint32_t index, uint32_t round, float *pixels)
+	void *user, uint64_t number, uint32_t frame, uint32_t tile, uint32_t round, float *pixels)
 {
 	struct sim *sim = user;
 	struct sim_job *job = sim_find_job(sim, number);
+	uint32_t index = sim_cell(job, frame, tile);
 
 	sim_note(sim, 3 ^ number << 4 ^ (uint64_t)index << 12 ^ (uint64_t)round << 20);
 	if (!sim->expect_merge)
 		sim_violate(sim, "a result without a live lease is merged");
-	else if (round != job->tiles[index].rounds || pixels[0] != stamp(number, index, round))
+	else if (round != job->cells[index].rounds || pixels[0] != stamp(number, index, round))
 		sim_violate(sim, "other pixels are merged than those that were leased");
 	sim->expect_merge = false;
 	free(pixels);
@@ -148,19 +176,35 @@ static void dispatch_merge(
 	sim_push_job(sim, job, EVENT_MERGED, index, job->canvas_ms - pen_clock_ms());
 }
 
-static bool is_complete(const struct sim_job *job)
+static bool is_frame_complete(const struct sim_job *job, uint32_t frame)
 {
 	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
-		if (job->tiles[i].rounds != job->rounds)
+		if (job->cells[sim_cell(job, frame, i)].rounds != job->rounds)
 			return false;
 	return true;
+}
+
+/* How many frames are complete, from the first on. */
+static uint32_t complete_frames(const struct sim_job *job)
+{
+	uint32_t count = 0;
+
+	while (count < job->shown.frame_count && is_frame_complete(job, count + 1))
+		count++;
+	return count;
+}
+
+static bool is_complete(const struct sim_job *job)
+{
+	return complete_frames(job) == job->shown.frame_count;
 }
 
 /* From nothing, with whatever workers there are. */
 static void forget_pixels(struct sim_job *job)
 {
-	for (uint32_t i = 0; i < TILES_MAX; i++)
-		job->tiles[i] = (struct sim_tile){0};
+	for (uint32_t i = 0; i < CELLS_MAX; i++)
+		job->cells[i] = (struct sim_tile){0};
+	memset(job->synced, 0, sizeof job->synced);
 	job->class_text[0] = '\0';
 	job->shown.equivalence_class = NULL;
 }
@@ -180,7 +224,6 @@ static void dispatch_ended(
 	case PEN_DISPATCH_RENDERED:
 		if (!is_complete(job))
 			sim_violate(sim, "render %u lacks a tile", (unsigned)number);
-		sim_push_job(sim, job, EVENT_SYNCED, 0, sim_draw(sim, 100));
 		break;
 	case PEN_DISPATCH_FAILED:
 		if (job->losses < PEN_BLAME_MAX || !strstr(reason, "tile"))
@@ -210,12 +253,22 @@ void sim_coordinator_start(struct sim *sim)
 	sim->peer_last = sim->lease_last = 0;
 }
 
+/* The frame goes to the disk; told: the dispatch waits for that. */
+static void sync_frame(struct sim *sim, struct sim_job *job, uint32_t cell, bool told)
+{
+	sim_push_job(sim, job, EVENT_SYNCED, cell | (told ? SYNC_TOLD : 0), sim_draw(sim, 100));
+}
+
 static void begin_job(struct sim *sim, struct sim_job *job)
 {
-	uint16_t rounds[TILES_MAX];
+	uint16_t rounds[CELLS_MAX];
+	const uint32_t passed = complete_frames(job);
+	const uint32_t first = passed * job->shown.tiling.count;
 	struct pen_sched_job added = {
 		.number = job->shown.number,
 		.tiling = &job->shown.tiling,
+		.frame_first = 1 + passed,
+		.frame_end = 1 + job->shown.frame_count,
 		.samples = job->shown.sampling.samples,
 		.priority = job->shown.priority,
 		.paused = job->paused,
@@ -223,15 +276,15 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 		.rounds = rounds,
 	};
 
-	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
-		rounds[i] = job->tiles[i].rounds;
+	for (uint32_t i = first; i < sim_cell_count(job); i++)
+		rounds[i - first] = job->cells[i].rounds;
 	job->losses = 0;
-	if (is_complete(job)) {
-		sim_push_job(sim, job, EVENT_SYNCED, 0, sim_draw(sim, 100));
+	for (uint32_t i = 1; i <= job->shown.frame_count; i++)
+		if (is_frame_complete(job, i))
+			sync_frame(sim, job, sim_cell(job, i, 0), false);
+	if (is_complete(job))
 		return;
-	}
 	job->listed = true;
-	job->synced = false;
 	if (pen_dispatch_add_job(sim->dispatch, &added, NULL) < 0)
 		abort();
 }
@@ -280,15 +333,15 @@ static void handle_tick(struct sim *sim)
 }
 
 /* The pixels of a result, and what is said of them, both as the lie wants. */
-static size_t make_result(const struct pen_msg_lease *lease, enum lie lie, float *pixels,
-	struct pen_msg_result *ret_result)
+static size_t make_result(const struct pen_msg_lease *lease, uint32_t cell, enum lie lie,
+	float *pixels, struct pen_msg_result *ret_result)
 {
 	size_t size = pen_rect_area(lease->rect) * lease->channels * sizeof *pixels;
 	float samples = (float)(lease->sample_end - lease->sample_first);
 
 	for (size_t i = 0; i < size / sizeof *pixels; i++)
 		pixels[i] = i % lease->channels == PEN_CHANNEL_COUNT ? samples : 0;
-	pixels[0] = stamp(lease->job, lease->tile, lease->round);
+	pixels[0] = stamp(lease->job, cell, lease->round);
 	if (lie == LIE_NAN)
 		pixels[1] = NAN;
 	if (lie == LIE_COUNT)
@@ -297,6 +350,7 @@ static size_t make_result(const struct pen_msg_lease *lease, enum lie lie, float
 		.lease = lease->lease + (lie == LIE_LEASE),
 		.job = lease->job,
 		.epoch = lease->epoch + (lie == LIE_EPOCH),
+		.frame = lease->frame,
 		.tile = lease->tile + (lie == LIE_TILE),
 		.round = lease->round,
 		.xxh3 = pen_xxh3(pixels, size) ^ (lie == LIE_HASH),
@@ -320,17 +374,20 @@ static void handle_result(struct sim *sim, struct peer *peer, const struct event
 	float pixels[16 * 16 * PEN_CHANNELS_MIN];
 	struct pen_msg_result result;
 	enum lie lie = (enum lie)event->detail;
-	size_t size = make_result(&event->lease, lie, pixels, &result);
+	struct sim_job *job = sim_find_job(sim, event->lease.job);
+	uint32_t cell = sim_cell(job, event->lease.frame, event->lease.tile);
+	size_t size = make_result(&event->lease, cell, lie, pixels, &result);
 	struct pen_msg_lease *held = find_held(peer, result.lease);
 	enum pen_dispatch_outcome expected = PEN_OUTCOME_GONE, outcome;
 	uint64_t samples;
 
-	if (held && held->job == result.job && held->tile == result.tile &&
-		held->round == result.round && held->epoch == result.epoch)
+	if (held && held->job == result.job && held->frame == result.frame &&
+		held->tile == result.tile && held->round == result.round &&
+		held->epoch == result.epoch)
 		expected = lie == LIE_NONE ? PEN_OUTCOME_GOOD : PEN_OUTCOME_BAD;
 	sim->expect_merge = expected == PEN_OUTCOME_GOOD;
 	if (sim->expect_merge)
-		check_commit(sim, &sim_find_job(sim, held->job)->tiles[held->tile], held);
+		check_commit(sim, &job->cells[sim_cell(job, held->frame, held->tile)], held);
 	if (expected != PEN_OUTCOME_GONE)
 		end_held(sim, peer, held, sim->expect_merge);
 	else
@@ -373,14 +430,40 @@ static void handle_message(struct sim *sim, struct peer *peer, const struct even
 	}
 }
 
+/* A frame's last tile is told to the dispatch when the frame is on the disk. */
 static void handle_merged(struct sim *sim, struct sim_job *job, uint32_t index)
 {
-	struct sim_tile *tile = &job->tiles[index];
+	struct sim_tile *tile = &job->cells[index];
+	uint32_t tiles = job->shown.tiling.count;
+	uint32_t frame = 1 + index / tiles;
 
 	tile->file = ++tile->rounds;
-	tile->merging = false;
 	sim_push_job(sim, job, EVENT_FLUSHED, index, sim_draw(sim, 1000));
-	pen_dispatch_merged(sim->dispatch, job->shown.number, index);
+	if (is_frame_complete(job, frame)) {
+		sync_frame(sim, job, index, true);
+		return;
+	}
+	tile->merging = false;
+	pen_dispatch_merged(sim->dispatch, job->shown.number, frame, index % tiles);
+}
+
+static void handle_synced(struct sim *sim, struct sim_job *job, uint32_t detail)
+{
+	uint32_t index = detail & ~(uint32_t)SYNC_TOLD;
+	uint32_t tiles = job->shown.tiling.count;
+	bool all = true;
+
+	job->synced[index / tiles] = true;
+	job->cells[index].merging = false;
+	if (detail & SYNC_TOLD)
+		pen_dispatch_merged(
+			sim->dispatch, job->shown.number, 1 + index / tiles, index % tiles);
+	for (uint32_t i = 0; i < job->shown.frame_count; i++)
+		all = all && job->synced[i];
+	if (all && job->listed)
+		sim_violate(sim, "render %u does not end", (unsigned)job->shown.number);
+	if (all)
+		sim_push_job(sim, job, EVENT_STORED, PEN_JOB_DONE, sim_draw(sim, 50));
 }
 
 static void handle_stored(struct sim *sim, struct sim_job *job, enum pen_job_state state)
@@ -389,8 +472,8 @@ static void handle_stored(struct sim *sim, struct sim_job *job, enum pen_job_sta
 	sim->result->done += state == PEN_JOB_DONE;
 	sim->result->failed += state == PEN_JOB_FAILED;
 	sim->result->cancelled += state == PEN_JOB_CANCELLED;
-	for (uint32_t i = 0; state == PEN_JOB_DONE && i < job->shown.tiling.count; i++)
-		if (job->tiles[i].file != job->rounds || !job->synced)
+	for (uint32_t i = 0; state == PEN_JOB_DONE && i < sim_cell_count(job); i++)
+		if (job->cells[i].file != job->rounds || !job->synced[i / job->shown.tiling.count])
 			sim_violate(sim, "render %u is done without its pixels",
 				(unsigned)job->shown.number);
 }
@@ -404,11 +487,8 @@ static void handle_job(struct sim *sim, struct sim_job *job, const struct event 
 		break;
 	case EVENT_BEGIN: begin_job(sim, job); break;
 	case EVENT_MERGED: handle_merged(sim, job, event->detail); break;
-	case EVENT_FLUSHED: job->tiles[event->detail].row = job->tiles[event->detail].rounds; break;
-	case EVENT_SYNCED:
-		job->synced = true;
-		sim_push_job(sim, job, EVENT_STORED, PEN_JOB_DONE, sim_draw(sim, 50));
-		break;
+	case EVENT_FLUSHED: job->cells[event->detail].row = job->cells[event->detail].rounds; break;
+	case EVENT_SYNCED: handle_synced(sim, job, event->detail); break;
 	default: handle_stored(sim, job, (enum pen_job_state)event->detail); break;
 	}
 }
@@ -416,17 +496,18 @@ static void handle_job(struct sim *sim, struct sim_job *job, const struct event 
 /* What a new coordinator finds: rows, and framebuffers that fit them or not. */
 static void recover_job(struct sim *sim, struct sim_job *job, bool power)
 {
-	for (uint32_t i = 0; i < job->shown.tiling.count; i++) {
-		struct sim_tile *tile = &job->tiles[i];
+	for (uint32_t i = 0; i < sim_cell_count(job); i++) {
+		struct sim_tile *tile = &job->cells[i];
 
 		if (tile->merging && sim_draw(sim, 2) == 0)
 			tile->file = (uint16_t)(tile->rounds + 1);
-		if (power && !job->synced && sim_draw(sim, 3) == 0)
+		if (power && !job->synced[i / job->shown.tiling.count] && sim_draw(sim, 3) == 0)
 			tile->file = TORN;
 		tile->rounds = tile->file == tile->row ? tile->row : 0;
 		tile->out = tile->merging = false;
 		tile->committed = 0;
 	}
+	memset(job->synced, 0, sizeof job->synced);
 	job->incarnation++;
 	job->listed = false;
 	job->canvas_ms = 0;

@@ -39,7 +39,8 @@ static void start_unit(struct sim *sim, uint32_t index, struct unit *unit)
 		delay_ms *= 2 + sim_draw(sim, 49);
 	if (unit->hung)
 		end.detail = PEN_FAULT_DEADLINE;
-	else if (unit->lease.tile == job->poison || sim_strikes(sim, SIM_CRASH))
+	else if (sim_cell(job, unit->lease.frame, unit->lease.tile) == job->poison ||
+		 sim_strikes(sim, SIM_CRASH))
 		end.detail = PEN_FAULT_CRASH;
 	else if (sim_strikes(sim, SIM_KILL))
 		end.detail = PEN_FAULT_KILLED;

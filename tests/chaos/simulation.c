@@ -63,10 +63,12 @@ static void create_job(struct sim *sim, struct sim_job *job, uint64_t number)
 
 	job->shown = (struct pen_job){.number = number,
 		.sampling.samples = 1 + sim_draw(sim, 80),
+		.frame_first = 1,
+		.frame_count = sim_draw(sim, 2) == 0 ? 1 : 1 + sim_draw(sim, FRAMES_MAX),
 		.priority = sim_draw(sim, 100)};
 	pen_tiling_init(&job->shown.tiling, crop, 16);
 	job->rounds = pen_round_count(job->shown.sampling.samples);
-	job->poison = sim_draw(sim, 8) == 0 ? sim_draw(sim, job->shown.tiling.count) : TILES_MAX;
+	job->poison = sim_draw(sim, 8) == 0 ? sim_draw(sim, sim_cell_count(job)) : CELLS_MAX;
 	sim_push(sim, (struct event){.type = EVENT_SUBMIT, .job = number},
 		sim_draw(sim, HEAL_MS / 2));
 }

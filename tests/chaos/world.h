@@ -15,7 +15,9 @@ enum {
 	JOBS_MAX = 10,
 	WORKERS_MAX = 5,
 	PROCESSES_MAX = 4,
-	TILES_MAX = 16,
+	TILES_MAX = 16, /* of a frame */
+	FRAMES_MAX = 5,
+	CELLS_MAX = TILES_MAX * FRAMES_MAX,
 	UNITS_MAX = 64, /* of a worker, those included that the coordinator has forgotten */
 	HEAL_MS = 600000,
 	END_MS = HEAL_MS + 4 * PEN_LEASE_HARD_MS,
@@ -63,12 +65,23 @@ struct sim_job {
 	struct pen_job shown;
 	char class_text[4];
 	uint64_t incarnation; /* events of an older one are dropped */
-	bool accepted, listed, paused, synced;
-	uint32_t rounds, poison; /* the tile that always crashes; TILES_MAX: none */
+	bool accepted, listed, paused, synced[FRAMES_MAX];
+	uint32_t rounds, poison; /* the cell that always crashes; CELLS_MAX: none */
 	uint32_t losses;	 /* leases that brought nothing, of the current incarnation */
 	int64_t canvas_ms;
-	struct sim_tile tiles[TILES_MAX];
+	struct sim_tile cells[CELLS_MAX]; /* tiles of all frames */
 };
+
+/* Frames of a simulated job count from 1. */
+static inline uint32_t sim_cell(const struct sim_job *job, uint32_t frame, uint32_t tile)
+{
+	return (frame - 1) * job->shown.tiling.count + tile;
+}
+
+static inline uint32_t sim_cell_count(const struct sim_job *job)
+{
+	return job->shown.frame_count * job->shown.tiling.count;
+}
 
 struct sim {
 	struct sim_result *result;

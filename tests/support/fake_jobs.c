@@ -66,6 +66,7 @@ static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_stat
 	job->width = WIDTH;
 	job->height = HEIGHT;
 	pen_tiling_init(&job->tiling, (struct pen_rect){0, 0, WIDTH, HEIGHT}, TILE_PX);
+	job->frame_first = job->frame_count = 1;
 	job->sampling.samples = 4;
 	job->created_ms = 1700000000000;
 	job->eta_seconds = -1;
@@ -230,8 +231,30 @@ struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
 	return NULL;
 }
 
-int pen_jobs_open_image(
-	struct pen_jobs *jobs, const struct pen_job *job, int *ret_fd, struct pen_error *err)
+struct pen_job_frame pen_jobs_frame(const struct pen_job *job, uint32_t number)
+{
+	return (struct pen_job_frame){
+		.number = number,
+		.done = job->state == PEN_JOB_DONE,
+		.progress = (double)job->samples_done / (double)pen_job_samples(job),
+		.revision = job->image_revision,
+	};
+}
+
+uint32_t pen_jobs_frame_latest(const struct pen_job *job)
+{
+	return job->frame_first;
+}
+
+uint32_t pen_jobs_frames_running(
+	const struct pen_job *job, struct pen_job_frame ret_frames[static PEN_JOB_FRAMES_MAX])
+{
+	(void)job, (void)ret_frames;
+	return 0;
+}
+
+int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame,
+	int *ret_fd, struct pen_error *err)
 {
 	static const float grey[PEN_CHANNELS_MIN] = {2.0f, 2.0f, 2.0f, 4.0f};
 	const struct pen_framebuf framebuf = {job->tiling, pen_job_film(job)};
@@ -240,7 +263,7 @@ int pen_jobs_open_image(
 	float *pixels = calloc(job->tiling.count, slot);
 	int fd = memfd_create("framebuffer", MFD_CLOEXEC);
 
-	(void)jobs, (void)err;
+	(void)jobs, (void)frame, (void)err;
 	assert(pixels && fd >= 0);
 	for (size_t i = 0; i < job->image_revision * floats; i++)
 		pixels[i] = grey[i % PEN_CHANNELS_MIN];

@@ -160,7 +160,7 @@ static void test_result(void **state)
 	const float pixels[8] = {1, 2, 3, 4, 5, 6, 7, 8};
 	struct pen_msg msg = {
 		.type = PEN_FRAME_RESULT,
-		.u.result = {1, 2, 3, 4, 5, UINT64_MAX, 7, 8, 9, 10},
+		.u.result = {1, 2, 3, 4, 5, UINT64_MAX, 7, 8, 9, 10, 11},
 		.payload = pixels,
 		.payload_size = sizeof pixels,
 	};
@@ -169,6 +169,7 @@ static void test_result(void **state)
 	(void)state;
 	expect_pass(&msg, &got);
 	assert_int_equal(got.u.result.lease, 1);
+	assert_int_equal(got.u.result.frame, 11);
 	assert_int_equal(got.u.result.job, 2);
 	assert_int_equal(got.u.result.epoch, 3);
 	assert_int_equal(got.u.result.tile, 4);

@@ -42,8 +42,12 @@ static void add_worker(struct pen_sched *sched, uint64_t id, uint32_t processes,
 static void add_job(struct pen_sched *sched, uint64_t number, uint32_t side, uint32_t samples)
 {
 	struct pen_tiling tiling;
-	struct pen_sched_job job = {
-		.number = number, .tiling = &tiling, .samples = samples, .priority = 50};
+	struct pen_sched_job job = {.number = number,
+		.tiling = &tiling,
+		.frame_first = 1,
+		.frame_end = 2,
+		.samples = samples,
+		.priority = 50};
 
 	pen_tiling_init(&tiling, (struct pen_rect){0, 0, side, side}, 16);
 	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
@@ -108,8 +112,9 @@ static struct pen_sched_actions finish_unit(
 			.u.seconds = 0.01},
 		now_ms);
 	return step(sched,
-		(struct pen_sched_event){
-			.type = PEN_SCHED_MERGED, .job = lease.job, .u.tile = lease.tile},
+		(struct pen_sched_event){.type = PEN_SCHED_MERGED,
+			.job = lease.job,
+			.u.merged = {lease.frame, lease.tile}},
 		now_ms);
 }
 
@@ -357,7 +362,7 @@ static unsigned share(uint32_t priority_1, uint32_t priority_2, unsigned units)
 		take(&hand, step(sched,
 				    (struct pen_sched_event){.type = PEN_SCHED_MERGED,
 					    .job = lease.job,
-					    .u.tile = lease.tile},
+					    .u.merged = {lease.frame, lease.tile}},
 				    10 * i));
 	}
 	pen_sched_destroy(sched);

@@ -164,6 +164,8 @@ static struct pen_job make_job(uint64_t number, const char *text)
 		.aovs = PEN_AOV_DEPTH | PEN_AOV_SAMPLES,
 		.exposure = -0.1,
 		.units_total = 24,
+		.frame_first = 1,
+		.frame_count = 9,
 		.created_ms = 1700000000000 + (int64_t)number,
 	};
 
@@ -227,11 +229,14 @@ static void test_round_trip(void **state)
 	free(job.equivalence_class);
 }
 
-/* Broken by: keeping the tiles of a job that is over or starts again, or losing the others. */
+/*
+ * Broken by: keeping the tiles of a job that is over or starts again, or of a frame that is done,
+ * or losing the others.
+ */
 static void test_tiles(void **state)
 {
 	struct fixture *fixture = *state;
-	struct pen_store_tile tiles[] = {{0, {1, 11}}, {5, {2, UINT64_MAX}}};
+	struct pen_store_tile tiles[] = {{1, 7, {1, 3}}, {2, 0, {1, 11}}, {2, 5, {2, UINT64_MAX}}};
 	char class_text[] = "c";
 
 	for (uint64_t number = 1; number <= 3; number++) {
@@ -239,9 +244,10 @@ static void test_tiles(void **state)
 
 		job.equivalence_class = class_text;
 		add_job(fixture, &job, "{}");
-		assert_int_equal(pen_store_put_tiles(fixture->store, number, tiles, 2, NULL), 0);
+		assert_int_equal(pen_store_put_tiles(fixture->store, number, tiles, 3, NULL), 0);
 		job.state = number == 1 ? PEN_JOB_DONE : PEN_JOB_RUNNING;
 		job.equivalence_class = number == 2 ? NULL : class_text;
+		job.frames_done = 1;
 		assert_int_equal(
 			pen_store_update_job(fixture->store, &job, note_answer, fixture, NULL), 0);
 	}
@@ -250,6 +256,9 @@ static void test_tiles(void **state)
 	assert_int_equal(fixture->job_count, 3);
 	assert_int_equal(fixture->tile_count, 2);
 	assert_int_equal(fixture->tile_jobs[0], 3);
+	assert_int_equal(fixture->jobs[2].frames_done, 1);
+	assert_int_equal(fixture->jobs[2].frame_count, 9);
+	assert_int_equal(fixture->tiles[1].frame, 2);
 	assert_int_equal(fixture->tiles[1].tile, 5);
 	assert_int_equal(fixture->tiles[1].state.rounds, 2);
 	assert_true(fixture->tiles[1].state.xxh3 == UINT64_MAX);
