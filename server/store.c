@@ -4,6 +4,7 @@
 #include "core/base/limits.h"
 #include "server/durable.h"
 #include "server/scene_file.h"
+#include "server/schema.h"
 
 #include <assert.h>
 #include <dirent.h>
@@ -14,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SCHEMA_VERSION = 3, BUSY_MS = 5000 };
+enum { BUSY_MS = 5000 };
 
 /* In the order of enum statement_name. */
 static const char *const statement_texts[] = {
@@ -61,54 +62,6 @@ static const char settings[] = "PRAGMA journal_mode = WAL;"
 			       "PRAGMA cell_size_check = ON;"
 			       "PRAGMA mmap_size = 0;"
 			       "PRAGMA journal_size_limit = 67108864;";
-
-/* STATE 3 and above is over: see enum pen_job_state. */
-static const char schema[] =
-	"BEGIN IMMEDIATE;"
-	"CREATE TABLE jobs (number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE,"
-	" state INTEGER NOT NULL, name TEXT, scene BLOB NOT NULL, class TEXT,"
-	" content TEXT NOT NULL, priority INTEGER NOT NULL, width INTEGER NOT NULL,"
-	" height INTEGER NOT NULL, crop_x0 INTEGER NOT NULL, crop_y0 INTEGER NOT NULL,"
-	" crop_x1 INTEGER NOT NULL, crop_y1 INTEGER NOT NULL, tile_px INTEGER NOT NULL,"
-	" samples INTEGER NOT NULL, exposure REAL NOT NULL, units_done INTEGER NOT NULL,"
-	" units_total INTEGER NOT NULL, tiles_done INTEGER NOT NULL,"
-	" samples_done INTEGER NOT NULL, created_ms INTEGER NOT NULL,"
-	" started_ms INTEGER NOT NULL, finished_ms INTEGER NOT NULL, restarts INTEGER NOT NULL,"
-	" error_code INTEGER NOT NULL, error_text TEXT NOT NULL,"
-	" image_revision INTEGER NOT NULL) STRICT;"
-	"CREATE INDEX jobs_scene ON jobs (scene);"
-	"CREATE TABLE tiles (job INTEGER NOT NULL, tile INTEGER NOT NULL, rounds INTEGER NOT NULL,"
-	" xxh3 INTEGER NOT NULL, PRIMARY KEY (job, tile)) STRICT, WITHOUT ROWID;"
-	"CREATE TABLE removed (id TEXT PRIMARY KEY) STRICT, WITHOUT ROWID;"
-	"PRAGMA user_version = 1;"
-	"COMMIT;";
-
-/* From each version to the next. */
-static const char *const migrations[SCHEMA_VERSION] = {
-	schema,
-	"BEGIN IMMEDIATE;"
-	"ALTER TABLE jobs ADD COLUMN aovs INTEGER NOT NULL DEFAULT 0;"
-	"ALTER TABLE jobs ADD COLUMN mode INTEGER NOT NULL DEFAULT 0;"
-	"ALTER TABLE jobs ADD COLUMN threshold REAL NOT NULL DEFAULT 0;"
-	"ALTER TABLE jobs ADD COLUMN error REAL NOT NULL DEFAULT 0;"
-	"ALTER TABLE jobs ADD COLUMN confidence REAL NOT NULL DEFAULT 0;"
-	"ALTER TABLE jobs ADD COLUMN min_samples INTEGER NOT NULL DEFAULT 0;"
-	"PRAGMA user_version = 2;"
-	"COMMIT;",
-	"BEGIN IMMEDIATE;"
-	"ALTER TABLE jobs ADD COLUMN frame_first INTEGER NOT NULL DEFAULT 1;"
-	"ALTER TABLE jobs ADD COLUMN frame_count INTEGER NOT NULL DEFAULT 1;"
-	"ALTER TABLE jobs ADD COLUMN frames_done INTEGER NOT NULL DEFAULT 0;"
-	"UPDATE jobs SET frames_done = 1 WHERE state = 3;"
-	"CREATE TABLE frame_tiles (job INTEGER NOT NULL, frame INTEGER NOT NULL,"
-	" tile INTEGER NOT NULL, rounds INTEGER NOT NULL, xxh3 INTEGER NOT NULL,"
-	" PRIMARY KEY (job, frame, tile)) STRICT, WITHOUT ROWID;"
-	"INSERT INTO frame_tiles SELECT job, 1, tile, rounds, xxh3 FROM tiles;"
-	"DROP TABLE tiles;"
-	"ALTER TABLE frame_tiles RENAME TO tiles;"
-	"PRAGMA user_version = 3;"
-	"COMMIT;",
-};
 
 /*
  * An image revision names the same bytes for ever, but merges after the last update of the row
@@ -721,11 +674,11 @@ static int migrate(struct pen_store *store, struct pen_error *err)
 	if (r == 0)
 		version = sqlite3_column_int(row, 0);
 	(void)sqlite3_finalize(row);
-	if (r == 0 && (version < 0 || version > SCHEMA_VERSION))
+	if (r == 0 && (version < 0 || version > PEN_SCHEMA_VERSION))
 		return pen_error_set(err, PEN_EUNSUPPORTED,
 			"the data directory was written by a newer version of Penumbra");
-	for (; r == 0 && version < SCHEMA_VERSION; version++)
-		r = execute(store, migrations[version], err);
+	for (; r == 0 && version < PEN_SCHEMA_VERSION; version++)
+		r = execute(store, pen_schema_migrations[version], err);
 	return r;
 }
 

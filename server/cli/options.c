@@ -162,6 +162,12 @@ static bool override_read(struct pen_options *options, int option, const char *t
 		override_set(options, "image", "width", json_integer(n[0]));
 		override_set(options, "image", "height", json_integer(n[1]));
 		return true;
+	case PEN_OPTION_FRAMES:
+		if (!numbers_parse(text, '-', 2, n))
+			return false;
+		override_set(options, "frames", "first", json_integer(n[0]));
+		override_set(options, "frames", "last", json_integer(n[1]));
+		return true;
 	case PEN_OPTION_MODE: return mode_read(options, text);
 	case PEN_OPTION_APERTURE_RADIUS:
 	case PEN_OPTION_FOCUS_DISTANCE:
@@ -211,6 +217,7 @@ static const char *expected(int option)
 	case PEN_OPTION_PROCESSES: return "a number from 1 to 256";
 	case PEN_OPTION_ISA: return "v2, v3 or v4";
 	case PEN_OPTION_SIZE: return "WIDTHxHEIGHT in pixels";
+	case PEN_OPTION_FRAMES: return "FIRST-LAST";
 	case PEN_OPTION_CROP: return "LEFT,TOP,RIGHT,BOTTOM in pixels";
 	case PEN_OPTION_SERVER: return "a URL";
 	case PEN_OPTION_MODE: return "uniform, edge, adaptive or interleaved";

@@ -33,6 +33,7 @@ enum pen_option {
 	PEN_OPTION_SAMPLES,
 	PEN_OPTION_SIZE,
 	PEN_OPTION_CROP,
+	PEN_OPTION_FRAMES,
 	PEN_OPTION_SEED,
 	PEN_OPTION_MODE,
 	PEN_OPTION_APERTURE_RADIUS,
@@ -48,6 +49,7 @@ enum pen_option {
 		{"size", required_argument, NULL, PEN_OPTION_SIZE},                                \
 		{"crop", required_argument, NULL, PEN_OPTION_CROP},                                \
 		{"seed", required_argument, NULL, PEN_OPTION_SEED},                                \
+		{"frames", required_argument, NULL, PEN_OPTION_FRAMES},                            \
 		{"mode", required_argument, NULL, PEN_OPTION_MODE},                                \
 		{"aperture-radius", required_argument, NULL, PEN_OPTION_APERTURE_RADIUS},          \
 		{"focus-distance", required_argument, NULL, PEN_OPTION_FOCUS_DISTANCE},            \
@@ -61,6 +63,7 @@ enum pen_option {
 	"  --size WxH           image size in pixels, instead of the scene's\n"                    \
 	"  --crop L,T,R,B       render these pixels only (right and bottom excluded)\n"            \
 	"  --seed N             seed of the samples, instead of the scene's\n"                     \
+	"  --frames A-B         frames A to B, instead of the scene's\n"                           \
 	"  --mode NAME          uniform, edge, adaptive or interleaved\n"                          \
 	"  --aperture-radius N  radius of the lens; 0 is a pinhole\n"                              \
 	"  --focus-distance N   what lies there is sharp\n"                                        \

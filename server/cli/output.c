@@ -67,3 +67,28 @@ void pen_output_finish(struct pen_output *output)
 	free(output->temporary);
 	*output = (struct pen_output){.fd = -1};
 }
+
+/* The first # of the run; NULL without one. */
+static const char *find_run(const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	return strchr(slash ? slash : path, '#');
+}
+
+bool pen_output_has_frames(const char *path)
+{
+	return find_run(path) != NULL;
+}
+
+char *pen_output_frame_path(const char *path, uint32_t frame)
+{
+	const char *run = find_run(path);
+	size_t digits = strspn(run, "#");
+	char *text;
+
+	if (asprintf(&text, "%.*s%0*u%s", (int)(run - path), path, (int)digits, frame,
+		    run + digits) < 0)
+		return NULL;
+	return text;
+}

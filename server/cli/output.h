@@ -6,6 +6,7 @@
 #include "core/base/format.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /*
  * An image file that appears under its name only when it is whole: it is written beside it under
@@ -28,5 +29,11 @@ int pen_output_open(struct pen_output *output, const char *path, struct pen_erro
 int pen_output_commit(struct pen_output *output, struct pen_error *err);
 
 void pen_output_finish(struct pen_output *output);
+
+/* Whether path has a run of # in its last part, which stands for a frame's number. */
+bool pen_output_has_frames(const char *path);
+
+/* The path of one frame (heap): the number with as many digits as there are #. NULL: no memory. */
+char *pen_output_frame_path(const char *path, uint32_t frame);
 
 #endif

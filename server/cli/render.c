@@ -11,6 +11,7 @@
 #include "server/cli/upload.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { INTERVAL_MS = 20, URL_SIZE = 32 };
@@ -61,15 +62,22 @@ struct run {
 	struct pen_private_farm farm;
 	struct pen_client *client;
 	struct pen_resource resource;
+	uint32_t frames_written;
 	json_t *finished; /* the render in the end, as the server tells it */
 	struct pen_error err;
 };
 
+/* Those of single frames are opened one by one. */
 static int outputs_open(struct run *run)
 {
 	for (; run->output_count < run->options->output_count; run->output_count++) {
 		const char *path = run->options->outputs[run->output_count];
-		int r = pen_output_open(&run->outputs[run->output_count], path, &run->err);
+		struct pen_output *output = &run->outputs[run->output_count];
+		int r = 0;
+
+		*output = (struct pen_output){.path = path, .fd = -1};
+		if (!pen_output_has_frames(path))
+			r = pen_output_open(output, path, &run->err);
 
 		if (r < 0)
 			return r;
@@ -92,10 +100,66 @@ static int farm_open(struct run *run)
 	return pen_client_create(url, &run->client, &run->err);
 }
 
+static int download(struct run *run, struct pen_output *output, uint32_t frame)
+{
+	int r = pen_renders_download(
+		run->client, run->resource.id, frame, output->format, output->fd, &run->err);
+
+	return r < 0 ? r : pen_output_commit(output, &run->err);
+}
+
+static int frame_write(struct run *run, const char *pattern, uint32_t frame)
+{
+	char *path = pen_output_frame_path(pattern, frame);
+	struct pen_output output = {.fd = -1};
+	int r;
+
+	if (!path)
+		return pen_error_memory(&run->err);
+	r = pen_output_open(&output, path, &run->err);
+	if (r == 0)
+		r = download(run, &output, frame);
+	pen_output_finish(&output);
+	free(path);
+	return r;
+}
+
+/* Frames that are done are written while later ones render. */
+static int frames_write(void *user, const struct pen_resource *resource, struct pen_error *err)
+{
+	struct run *run = user;
+	int r = 0;
+
+	(void)err;
+	while (r == 0 && run->frames_written < resource->frames_done) {
+		uint32_t frame = resource->frame_first + run->frames_written;
+
+		for (size_t i = 0; r == 0 && i < run->output_count; i++)
+			if (pen_output_has_frames(run->outputs[i].path))
+				r = frame_write(run, run->outputs[i].path, frame);
+		run->frames_written += r == 0;
+	}
+	return r;
+}
+
+static int names_check(struct run *run)
+{
+	for (size_t i = 0; i < run->output_count; i++)
+		if (run->resource.frames_total > 1 && !pen_output_has_frames(run->outputs[i].path))
+			return pen_error_set(&run->err, PEN_EUNSUPPORTED,
+				"%s: the scene is an animation of %u frames: write #### where the "
+				"frame's number shall be, as in out.####.png",
+				run->outputs[i].path, run->resource.frames_total);
+	return 0;
+}
+
 static int render(struct run *run)
 {
 	struct pen_progress progress;
-	const struct pen_follow manner = {.interval_ms = INTERVAL_MS, .progress = &progress};
+	const struct pen_follow manner = {.interval_ms = INTERVAL_MS,
+		.progress = &progress,
+		.news = frames_write,
+		.user = run};
 	int r;
 
 	pen_progress_init(&progress, run->options->quiet);
@@ -104,6 +168,8 @@ static int render(struct run *run)
 		r = pen_renders_submit(run->client, &run->source.text, run->options->override,
 			&run->resource, &run->err);
 	if (r == 0)
+		r = names_check(run);
+	if (r == 0)
 		r = pen_renders_follow(run->client, &manner, &run->resource, &run->err);
 	pen_progress_finish(&progress);
 	return r < 0 ? r : pen_renders_outcome(run->client, &run->resource, &run->err);
@@ -111,17 +177,12 @@ static int render(struct run *run)
 
 static int outputs_write(struct run *run)
 {
-	for (size_t i = 0; i < run->output_count; i++) {
-		struct pen_output *output = &run->outputs[i];
-		int r = pen_renders_download(
-			run->client, run->resource.id, output->format, output->fd, &run->err);
+	int r = frames_write(run, &run->resource, &run->err);
 
-		if (r == 0)
-			r = pen_output_commit(output, &run->err);
-		if (r < 0)
-			return r;
-	}
-	return 0;
+	for (size_t i = 0; r == 0 && i < run->output_count; i++)
+		if (!pen_output_has_frames(run->outputs[i].path))
+			r = download(run, &run->outputs[i], 0);
+	return r;
 }
 
 static void outcome_print(const struct run *run)

@@ -109,6 +109,10 @@ int pen_renders_follow(struct pen_client *client, const struct pen_follow *follo
 		else if (r != PEN_ECLOSED || pen_clock_ms() - heard_ms >= follow->patience_ms)
 			return r;
 		pen_progress_update(follow->progress, resource);
+		if (r == 0 && follow->news)
+			r = follow->news(follow->user, resource, err);
+		if (r < 0 && follow->news && r != PEN_ECLOSED)
+			return r;
 	}
 	return 0;
 }
@@ -124,13 +128,17 @@ int pen_renders_outcome(
 		pen_resource_reason(pen_client_answer(client)));
 }
 
-int pen_renders_download(struct pen_client *client, const char *id, enum pen_image_format format,
-	int fd, struct pen_error *err)
+int pen_renders_download(struct pen_client *client, const char *id, uint32_t frame,
+	enum pen_image_format format, int fd, struct pen_error *err)
 {
-	char path[PATH_SIZE], name[16];
+	const char *extension = pen_image_format_extension(format);
+	char path[PATH_SIZE], name[32];
 	int r;
 
-	(void)snprintf(name, sizeof name, "/image.%s", pen_image_format_extension(format));
+	if (frame == 0)
+		(void)snprintf(name, sizeof name, "/image.%s", extension);
+	else
+		(void)snprintf(name, sizeof name, "/frames/%u.%s", frame, extension);
 	r = path_of(id, name, path, err);
 	if (r == 0)
 		r = pen_client_download(client, path, fd, err);

@@ -28,6 +28,9 @@ struct pen_follow {
 	int64_t interval_ms;
 	int64_t patience_ms;
 	struct pen_progress *progress;
+	/* May be NULL: called with each answer; a failure ends the following. */
+	int (*news)(void *user, const struct pen_resource *resource, struct pen_error *err);
+	void *user;
 };
 
 int pen_renders_follow(struct pen_client *client, const struct pen_follow *follow,
@@ -37,8 +40,9 @@ int pen_renders_follow(struct pen_client *client, const struct pen_follow *follo
 int pen_renders_outcome(
 	struct pen_client *client, const struct pen_resource *resource, struct pen_error *err);
 
-/* Writes the image to fd; waits while the server has too many to encode. */
-int pen_renders_download(struct pen_client *client, const char *id, enum pen_image_format format,
-	int fd, struct pen_error *err);
+/* Writes the image to fd, of one frame (0: whichever the server has); waits while the server has
+ * too many to encode. */
+int pen_renders_download(struct pen_client *client, const char *id, uint32_t frame,
+	enum pen_image_format format, int fd, struct pen_error *err);
 
 #endif

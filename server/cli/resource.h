@@ -18,6 +18,7 @@ struct pen_resource {
 	double eta_seconds; /* < 0: unknown */
 	double seconds;	    /* of rendering so far */
 	uint64_t samples_done;
+	uint32_t frame_first, frames_total, frames_done;
 };
 
 /* PEN_EPROTOCOL when tree is no render resource. */

@@ -57,7 +57,8 @@ static const struct pen_usage cancel_usage = {
 static int follow(struct pen_session *session, struct pen_resource *resource)
 {
 	struct pen_progress progress;
-	const struct pen_follow manner = {INTERVAL_MS, PATIENCE_MS, &progress};
+	const struct pen_follow manner = {
+		.interval_ms = INTERVAL_MS, .patience_ms = PATIENCE_MS, .progress = &progress};
 	const char *id = session->options.operand;
 	int r = pen_renders_get(session->client, id, resource, &session->err);
 

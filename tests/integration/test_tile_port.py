@@ -118,7 +118,8 @@ class Peer:
     def result(self, lease, pixels):
         self.send(RESULT, message(f1=lease[1], f2=lease[2], f3=lease.get(3, 0),
                                   f4=lease.get(4, 0), f5=lease.get(5, 0),
-                                  f6=("fixed64", xxh3(pixels)), f7=1000), pixels)
+                                  f6=("fixed64", xxh3(pixels)), f7=1000,
+                                  f11=lease.get(6, 0)), pixels)
 
 
 MAGIC = struct.unpack("<I", b"PENu")[0]
