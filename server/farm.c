@@ -162,6 +162,8 @@ static void handle_result(struct worker *worker, const struct pen_msg *msg)
 	enum pen_dispatch_outcome outcome = pen_dispatch_result(worker->farm->dispatch,
 		worker->shown.id, &msg->u.result, msg->payload, msg->payload_size, &samples);
 
+	if (outcome == PEN_OUTCOME_GOOD)
+		worker->farm->totals.render_us += msg->u.result.render_us;
 	note_outcome(worker, outcome, samples);
 }
 

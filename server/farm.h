@@ -57,6 +57,7 @@ struct pen_farm_totals {
 	uint64_t units, samples; /* whose pixels were taken */
 	uint64_t failures;	 /* leases that ended by the worker's or the unit's fault */
 	uint64_t welcomed;	 /* workers */
+	uint64_t render_us;	 /* of render processes, on units whose pixels were taken */
 };
 struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm);
 

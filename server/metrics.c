@@ -80,6 +80,9 @@ static void write_farm(struct pen_buf *out, const struct pen_farm *farm)
 		(double)totals.failures);
 	counter(out, "penumbra_samples_total", "Samples whose pixels were taken.",
 		(double)totals.samples);
+	counter(out, "penumbra_render_seconds_total",
+		"Time of render processes on units whose pixels were taken.",
+		1e-6 * (double)totals.render_us);
 	counter(out, "penumbra_workers_connected_total", "Workers that were welcomed.",
 		(double)totals.welcomed);
 }

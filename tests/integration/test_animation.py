@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Animations: frames one by one, the same bits whatever happens, files of their own."""
+import importlib.util
 import json
 import subprocess
 
@@ -8,6 +9,11 @@ import pytest
 import scene
 
 FRAMES = 12
+
+_spec = importlib.util.spec_from_file_location(
+    "animation_bench", farm.ROOT / "tests/bench/animation.py")
+animation_bench = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(animation_bench)
 
 
 def animation(samples=4, last=FRAMES, **more):
@@ -98,3 +104,9 @@ def test_numbered_files(tmp_path):
                          text=True, timeout=60)
     assert run.returncode == 1 and "####" in run.stderr
     assert not (tmp_path / "one.png").exists()
+
+
+def test_frames_cost_little_beside_their_tiles():
+    """Broken by loading the scene anew for frames. A frame's own cost is a few ms; see the bench."""
+    overhead, _ = animation_bench.overhead_ms(48)
+    assert overhead < 60 * farm.SLOW
