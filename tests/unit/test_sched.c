@@ -118,6 +118,54 @@ static struct pen_sched_actions finish_unit(
 		now_ms);
 }
 
+/* Broken by: frames out of order, a process that idles between two, or an end before the last. */
+static void test_frames(void **state)
+{
+	enum { FRAMES = 40, TILES = 4, LEASES = 16 };
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_action queue[FRAMES * TILES];
+	struct pen_sched_actions actions;
+	struct pen_tiling tiling;
+	struct pen_sched_job job = {.number = 1,
+		.tiling = &tiling,
+		.frame_first = 5,
+		.frame_end = 5 + FRAMES,
+		.samples = 1,
+		.priority = 50};
+	size_t granted = 0;
+
+	(void)state;
+	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 32, 32}, 16);
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_worker(sched, 1, LEASES / 2, "a");
+	actions = tick(sched, 0);
+	for (size_t done = 0; done < FRAMES * TILES; done++) {
+		for (size_t i = 0; i < actions.count; i++)
+			if (actions.items[i].type == PEN_SCHED_LEASE)
+				queue[granted++] = actions.items[i];
+		assert_int_equal(
+			granted, done + LEASES < FRAMES * TILES ? done + LEASES : FRAMES * TILES);
+		assert_int_equal(queue[done].frame, 5 + done / TILES);
+		assert_int_equal(count(actions, PEN_SCHED_RENDERED), 0);
+		actions = step(sched,
+			(struct pen_sched_event){.type = PEN_SCHED_RESULT,
+				.worker = 1,
+				.lease = queue[done].lease,
+				.u.seconds = 0.01},
+			0);
+		for (size_t i = 0; i < actions.count; i++)
+			if (actions.items[i].type == PEN_SCHED_LEASE)
+				queue[granted++] = actions.items[i];
+		actions = step(sched,
+			(struct pen_sched_event){.type = PEN_SCHED_MERGED,
+				.job = 1,
+				.u.merged = {queue[done].frame, queue[done].tile}},
+			0);
+	}
+	assert_int_equal(count(actions, PEN_SCHED_RENDERED), 1);
+	pen_sched_destroy(sched);
+}
+
 /* Broken by: leasing more than two units a process, or from the corner instead of the centre. */
 static void test_first_leases(void **state)
 {
@@ -403,6 +451,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_first_leases),
+		cmocka_unit_test(test_frames),
 		cmocka_unit_test(test_rounds_in_order),
 		cmocka_unit_test(test_three_faults),
 		cmocka_unit_test(test_kills),
