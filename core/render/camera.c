@@ -224,7 +224,9 @@ static void set_frame(struct pen_camera *camera, const struct pen_camera_desc *d
 int pen_camera_init(struct pen_camera *camera, const struct pen_camera_desc *desc, uint32_t width,
 	uint32_t height, struct pen_error *err)
 {
-	const double tan_x = tan(desc->horizontal_fov * M_PI / 360.0);
+	const bool is_orthographic = desc->orthographic_width > 0.0;
+	const double tan_x = is_orthographic ? 0.5 * desc->orthographic_width
+					     : tan(desc->horizontal_fov * M_PI / 360.0);
 	/* Unturned, the middle of an edge lies to the right. */
 	const double half_blade = desc->blades > 0 ? 0.5 / desc->blades : 0.0;
 	const double turns = desc->blade_rotation / 360.0 + half_blade;
@@ -233,6 +235,7 @@ int pen_camera_init(struct pen_camera *camera, const struct pen_camera_desc *des
 	*camera = (struct pen_camera){
 		.tan_x = (float)tan_x,
 		.tan_y = (float)(tan_x * height / width),
+		.is_orthographic = is_orthographic,
 		.pixel_x = (float)(2.0 / width),
 		.pixel_y = (float)(2.0 / height),
 		.aperture_radius = (float)desc->aperture_radius,
@@ -316,25 +319,47 @@ PEN_LANE struct ray make_ray(const struct pen_camera *camera, const struct pen_c
 	};
 }
 
+/* From a lens around the film's point through the point of the plane in focus straight ahead. */
+static struct ray make_parallel_ray(const struct pen_camera *camera,
+	const struct pen_camera_frame *frame, float film_x, float film_y, struct pen_vec2 lens)
+{
+	const float lens_x = lens.x * camera->aperture_radius;
+	const float lens_y = lens.y * camera->aperture_radius;
+	const float x = (film_x * camera->pixel_x - 1.0f) * camera->tan_x + lens_x;
+	const float y = (1.0f - film_y * camera->pixel_y) * camera->tan_y + lens_y;
+	const struct pen_vec3 across =
+		pen_madd(frame->forward, -lens_x * camera->inv_focus, frame->right);
+
+	return (struct ray){
+		.origin = pen_madd(pen_madd(frame->position, x, frame->right), y, frame->up),
+		.direction =
+			pen_normalize(pen_madd(across, -lens_y * camera->inv_focus, frame->up)),
+	};
+}
+
 /* Inputs and outputs of pen_camera_generate. */
 struct batch {
 	const float *film_x, *film_y, *lens_u, *lens_v, *time;
 	struct pen_camera_rays rays;
 };
 
-PEN_LANE void generate_one(const struct pen_camera *camera, const struct pen_camera_frame *frame,
-	const struct batch *batch, enum aperture aperture, uint32_t i)
+PEN_LANE void store_ray(const struct batch *batch, uint32_t i, struct ray ray)
 {
-	const struct pen_vec2 lens =
-		lens_point(camera, aperture, batch->lens_u[i], batch->lens_v[i]);
-	const struct ray ray = make_ray(camera, frame, batch->film_x[i], batch->film_y[i], lens);
-
 	batch->rays.origin_x[i] = ray.origin.x;
 	batch->rays.origin_y[i] = ray.origin.y;
 	batch->rays.origin_z[i] = ray.origin.z;
 	batch->rays.direction_x[i] = ray.direction.x;
 	batch->rays.direction_y[i] = ray.direction.y;
 	batch->rays.direction_z[i] = ray.direction.z;
+}
+
+PEN_LANE void generate_one(const struct pen_camera *camera, const struct pen_camera_frame *frame,
+	const struct batch *batch, enum aperture aperture, uint32_t i)
+{
+	const struct pen_vec2 lens =
+		lens_point(camera, aperture, batch->lens_u[i], batch->lens_v[i]);
+
+	store_ray(batch, i, make_ray(camera, frame, batch->film_x[i], batch->film_y[i], lens));
 }
 
 /* aperture is a constant where this is called, so that each loop has one shape of lens. */
@@ -358,6 +383,21 @@ static void generate_moving(
 	}
 }
 
+static void generate_parallel(
+	const struct pen_camera *camera, uint32_t n, struct batch batch, enum aperture aperture)
+{
+	for (uint32_t i = 0; i < n; i++) {
+		const struct pen_camera_frame frame = camera->segment_count > 0
+							      ? moving_frame(camera, batch.time[i])
+							      : camera->frame;
+		const struct pen_vec2 lens =
+			lens_point(camera, aperture, batch.lens_u[i], batch.lens_v[i]);
+
+		store_ray(&batch, i,
+			make_parallel_ray(camera, &frame, batch.film_x[i], batch.film_y[i], lens));
+	}
+}
+
 void pen_camera_generate(const struct pen_camera *camera, uint32_t n, const float *film_x,
 	const float *film_y, const float *lens_u, const float *lens_v, const float *time,
 	const struct pen_camera_rays *ret_rays)
@@ -367,7 +407,9 @@ void pen_camera_generate(const struct pen_camera *camera, uint32_t n, const floa
 				       : camera->blades == 0	       ? APERTURE_ROUND
 								       : APERTURE_POLYGON;
 
-	if (camera->segment_count > 0)
+	if (camera->is_orthographic)
+		generate_parallel(camera, n, batch, aperture);
+	else if (camera->segment_count > 0)
 		generate_moving(camera, n, batch, aperture);
 	else if (aperture == APERTURE_PINHOLE)
 		generate_static(camera, n, batch, APERTURE_PINHOLE);

@@ -6,6 +6,7 @@
 #include "core/render/vec.h"
 #include "core/scene/desc.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /*
@@ -27,7 +28,8 @@ struct pen_camera_frame {
 /* A thin lens. Pixel (0, 0) is top left, its centre at film position (0.5, 0.5). */
 struct pen_camera {
 	struct pen_camera_frame frame; /* when the shutter opens */
-	float tan_x, tan_y;	       /* of half the field of view */
+	float tan_x, tan_y;	       /* of half the field of view; or half the view itself */
+	bool is_orthographic;	       /* the lens is then as large for each pixel */
 	float pixel_x, pixel_y;	       /* a pixel's share of half the film */
 	float aperture_radius;
 	float inv_focus; /* 1 / focus distance; 0 for a pinhole */

@@ -2,129 +2,18 @@
 #include "core/render/geometry.h"
 
 #include "core/base/limits.h"
-#include "core/render/attributes.h"
 #include "core/render/layout.h"
 #include "core/render/light_shape.h"
+#include "core/render/mesh_model.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static int object_error(const struct pen_layout *l, uint32_t index, const char *fault)
-{
-	const char *name = l->scene->objects[index].name;
-
-	return pen_error_set(l->err, PEN_EINVALID, "object %u (%.100s) %s", index,
-		name ? name : "without a name", fault);
-}
-
-static void transform_point(const struct pen_affine *a, const double p[3], double ret_q[3])
-{
-	for (int i = 0; i < 3; i++)
-		ret_q[i] = a->m[i][0] * p[0] + a->m[i][1] * p[1] + a->m[i][2] * p[2] + a->m[i][3];
-}
-
 static bool within_bounds(const double p[3])
 {
 	return fabs(p[0]) <= PEN_COORDINATE_MAX && fabs(p[1]) <= PEN_COORDINATE_MAX &&
 	       fabs(p[2]) <= PEN_COORDINATE_MAX;
-}
-
-static int transform_vertices(
-	struct pen_layout *l, uint32_t index, const struct pen_affine *world, float *vertices)
-{
-	const uint32_t count = l->scene->objects[index].u.mesh.vertex_count;
-
-	for (uint32_t i = 0; i < count; i++) {
-		float *v = vertices + 3 * (size_t)i;
-		const double p[3] = {(double)v[0], (double)v[1], (double)v[2]};
-		double q[3];
-
-		transform_point(world, p, q);
-		if (!within_bounds(q))
-			return object_error(l, index, "reaches beyond the largest coordinate");
-		for (int k = 0; k < 3; k++)
-			v[k] = (float)q[k];
-	}
-	return 0;
-}
-
-/* Normals are carried by the inverse transpose: the cofactors, up to a positive factor. */
-static void transform_normal(const struct pen_affine *a, const float n[3], float ret_n[3])
-{
-	const double sign = pen_affine_determinant(a) < 0.0 ? -1.0 : 1.0;
-	double r[3], length = 0.0;
-
-	for (int i = 0; i < 3; i++) {
-		const int j = (i + 1) % 3, k = (i + 2) % 3;
-
-		r[i] = 0.0;
-		for (int c = 0; c < 3; c++) {
-			const int d = (c + 1) % 3, e = (c + 2) % 3;
-
-			r[i] += sign * (double)n[c] *
-				(a->m[j][d] * a->m[k][e] - a->m[j][e] * a->m[k][d]);
-		}
-		length += r[i] * r[i];
-	}
-	length = sqrt(length);
-	for (int i = 0; i < 3; i++)
-		ret_n[i] = length > 0.0 ? (float)(r[i] / length) : 0.0f;
-}
-
-static int add_normals(struct pen_layout *l, const struct pen_object_desc *mesh,
-	const struct pen_affine *world, struct pen_model *model)
-{
-	const uint32_t count = mesh->u.mesh.vertex_count;
-	const float *from = mesh->u.mesh.normals;
-	const uint32_t first = pen_layout_count(&l->normals, 3 * sizeof *from);
-	float *to;
-
-	model->normal_offset = PEN_NO_INDEX;
-	if (!from)
-		return 0;
-	to = pen_layout_extend(l, &l->normals, count, 3 * sizeof *to);
-	if (!to)
-		return PEN_ELIMIT;
-	for (uint32_t i = 0; i < count; i++)
-		transform_normal(world, from + 3 * (size_t)i, to + 3 * (size_t)i);
-	model->normal_offset = first - model->vertex_first;
-	return 0;
-}
-
-/* A mesh under a transform that holds all the time. */
-static int add_mesh(
-	struct pen_layout *l, uint32_t index, const struct pen_affine *world, uint32_t *ret_model)
-{
-	const struct pen_object_desc *mesh = &l->scene->objects[index];
-	const uint32_t count = mesh->u.mesh.vertex_count;
-	struct pen_model model = {
-		.type = PEN_MODEL_TRIANGLES,
-		.first = pen_layout_count(&l->indices, 3 * sizeof(uint32_t)),
-		.count = mesh->u.mesh.triangle_count,
-		.vertex_first = pen_layout_count(&l->vertices, 3 * sizeof(float)),
-		.vertex_count = count,
-		.step_count = pen_motion_mesh_steps(mesh, &l->shutter),
-	};
-
-	for (uint32_t step = 0; step < model.step_count; step++) {
-		float *to = pen_layout_extend(l, &l->vertices, count, 3 * sizeof *to);
-		int r;
-
-		if (!to)
-			return PEN_ELIMIT;
-		pen_motion_mesh_vertices(
-			mesh, pen_shutter_time(&l->shutter, step, model.step_count), to);
-		r = transform_vertices(l, index, world, to);
-		if (r < 0)
-			return r;
-	}
-	if (pen_layout_add_indices(l, mesh->u.mesh.indices, model.count, model.vertex_first,
-		    pen_affine_determinant(world) < 0.0) < 0 ||
-		add_normals(l, mesh, world, &model) < 0 ||
-		pen_attributes_add(l, mesh, world, &model) < 0)
-		return PEN_ELIMIT;
-	return pen_layout_add_model(l, &model, ret_model);
 }
 
 /* The factor by which a similarity scales lengths; 0 for any other transform. */
@@ -146,15 +35,15 @@ static double similarity_scale(const struct pen_affine *a)
 static int add_placed_sphere(struct pen_layout *l, uint32_t index, double time)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
-	const struct pen_affine world = pen_motion_world(object, time);
+	const struct pen_affine world = pen_motion_world(l->scene, object, time);
 	const double radius = similarity_scale(&world) * object->u.sphere.radius;
 	double center[3];
 
-	transform_point(&world, object->u.sphere.center, center);
+	pen_affine_point(&world, object->u.sphere.center, center);
 	if (!within_bounds(center))
-		return object_error(l, index, "reaches beyond the largest coordinate");
+		return pen_mesh_model_error(l, index, "reaches beyond the largest coordinate");
 	if (!((float)radius > 0.0f))
-		return object_error(l, index, "has a radius too small to see");
+		return pen_mesh_model_error(l, index, "has a radius too small to see");
 	return pen_layout_add_sphere(l, center, radius);
 }
 
@@ -167,7 +56,7 @@ static bool sphere_only_travels(const struct pen_layout *l, uint32_t index, uint
 
 	for (uint32_t i = 0; i < steps; i++) {
 		const struct pen_affine world =
-			pen_motion_world(object, pen_shutter_time(&l->shutter, i, steps));
+			pen_motion_world(l->scene, object, pen_shutter_time(&l->shutter, i, steps));
 
 		if (similarity_scale(&world) == 0.0)
 			return false;
@@ -179,35 +68,47 @@ static bool sphere_only_travels(const struct pen_layout *l, uint32_t index, uint
 	return true;
 }
 
-static int check_placement(const struct pen_layout *l, uint32_t index, uint32_t steps)
+/* Whether an object loses its volume, or its handedness, at some step. */
+static bool is_flattened(const struct pen_layout *l, uint32_t index, uint32_t steps)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	double sign = 0.0;
 
 	for (uint32_t i = 0; i < steps; i++) {
 		const struct pen_affine world =
-			pen_motion_world(object, pen_shutter_time(&l->shutter, i, steps));
+			pen_motion_world(l->scene, object, pen_shutter_time(&l->shutter, i, steps));
 		const double determinant = pen_affine_determinant(&world);
 
 		if (pen_affine_is_singular(&world) || sign * determinant < 0.0)
-			return object_error(l, index,
-				"is flattened by its transform at some time; make every scale "
-				"non-zero "
-				"and of one sign");
+			return true;
 		sign = determinant < 0.0 ? -1.0 : 1.0;
 	}
-	return 0;
+	return false;
+}
+
+/* The object that an object shows: itself, or what it is an instance of. */
+static uint32_t original_of(const struct pen_scene *scene, uint32_t index)
+{
+	const struct pen_object_desc *object = &scene->objects[index];
+
+	return object->type == PEN_OBJECT_INSTANCE ? object->u.instance.of : index;
+}
+
+static uint32_t surface_of(const struct pen_scene *scene, uint32_t index)
+{
+	const uint32_t own = scene->objects[index].material;
+
+	return own != PEN_NO_INDEX ? own : scene->objects[original_of(scene, index)].material;
 }
 
 /* The model of an object in its own coordinates, made once. */
 static int own_model(struct pen_layout *l, uint32_t index, uint32_t *ret_model)
 {
-	static const struct pen_affine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	int r;
 
 	if (l->own_models[index] == PEN_NO_INDEX && object->type == PEN_OBJECT_MESH) {
-		r = add_mesh(l, index, &identity, &l->own_models[index]);
+		r = pen_mesh_model_add(l, index, PEN_NO_INDEX, 1, &l->own_models[index]);
 		if (r < 0)
 			return r;
 	} else if (l->own_models[index] == PEN_NO_INDEX) {
@@ -234,7 +135,7 @@ static int add_placements(
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
 	struct pen_placement *to;
-	struct pen_affine world = pen_motion_world(object, l->shutter.open);
+	struct pen_affine world = pen_motion_world(l->scene, object, l->shutter.open);
 
 	shape->placement_first = pen_layout_count(&l->placements, sizeof *to);
 	shape->placement_count = steps;
@@ -247,9 +148,10 @@ static int add_placements(
 	for (uint32_t i = 0; i < steps; i++) {
 		double cosine = 0.0;
 
-		world = pen_motion_world(object, pen_shutter_time(&l->shutter, i, steps));
+		world = pen_motion_world(l->scene, object, pen_shutter_time(&l->shutter, i, steps));
 		if (!within_bounds((double[3]){world.m[0][3], world.m[1][3], world.m[2][3]}))
-			return object_error(l, index, "reaches beyond the largest coordinate");
+			return pen_mesh_model_error(
+				l, index, "reaches beyond the largest coordinate");
 		to[i] = pen_affine_decompose(&world);
 		for (int k = 0; k < 4 && i > 0; k++)
 			cosine += to[i].rotate[k] * to[i - 1].rotate[k];
@@ -262,13 +164,8 @@ static int add_placements(
 /* What cannot stand in world coordinates once and for all. */
 static int add_instance(struct pen_layout *l, uint32_t index, uint32_t steps)
 {
-	const struct pen_object_desc *object = &l->scene->objects[index];
-	const uint32_t of = object->type == PEN_OBJECT_INSTANCE ? object->u.instance.of : index;
-	struct pen_shape shape = {
-		.surface = object->material == PEN_NO_INDEX ? l->scene->objects[of].material
-							    : object->material,
-	};
-	int r = own_model(l, of, &shape.model);
+	struct pen_shape shape = {.surface = surface_of(l->scene, index)};
+	int r = own_model(l, original_of(l->scene, index), &shape.model);
 
 	if (r == 0)
 		r = add_placements(l, index, steps, &shape);
@@ -298,32 +195,49 @@ static int add_travelling_sphere(struct pen_layout *l, uint32_t index, uint32_t 
 	return pen_layout_add_shape(l, &shape);
 }
 
-static int add_static_mesh(struct pen_layout *l, uint32_t index)
+/* A mesh in world coordinates: one that stands still, or that no placement can show. */
+static int add_world_mesh(struct pen_layout *l, uint32_t index, uint32_t steps)
 {
-	const struct pen_object_desc *object = &l->scene->objects[index];
-	const struct pen_affine world = pen_motion_world(object, l->shutter.open);
-	struct pen_shape shape = {.surface = object->material};
-	const int r = add_mesh(l, index, &world, &shape.model);
+	struct pen_shape shape = {.surface = surface_of(l->scene, index)};
+	const int r =
+		pen_mesh_model_add(l, original_of(l->scene, index), index, steps, &shape.model);
 
 	return r < 0 ? r : pen_layout_add_shape(l, &shape);
+}
+
+/* What holds an object's original; found once. */
+static const struct pen_box *box_of(struct pen_layout *l, uint32_t original)
+{
+	static const struct pen_box unknown;
+	struct pen_box *box = &l->boxes[original];
+
+	if (memcmp(box, &unknown, sizeof unknown) == 0)
+		*box = pen_motion_box(&l->scene->objects[original]);
+	return box;
 }
 
 /* Adds an object, unless it is a sphere at rest: those are left to add_static_spheres. */
 static int add_object(struct pen_layout *l, uint32_t index, bool *ret_left)
 {
 	const struct pen_object_desc *object = &l->scene->objects[index];
-	const uint32_t steps = pen_motion_steps(object, &l->shutter);
-	const int r = check_placement(l, index, steps);
+	const struct pen_box *box =
+		object->node != PEN_NO_INDEX ? box_of(l, original_of(l->scene, index)) : NULL;
+	const uint32_t steps = pen_motion_steps(l->scene, object, box, &l->shutter);
 
-	if (r < 0)
-		return r;
+	if (is_flattened(l, index, steps)) {
+		if (object->node != PEN_NO_INDEX)
+			return add_world_mesh(l, index, steps);
+		return pen_mesh_model_error(l, index,
+			"is flattened by its transform at some time; make every scale non-zero "
+			"and of one sign");
+	}
 	if (object->type == PEN_OBJECT_SPHERE && sphere_only_travels(l, index, steps)) {
 		*ret_left = steps == 1;
 		return steps == 1 ? 0 : add_travelling_sphere(l, index, steps);
 	}
 	if (object->type == PEN_OBJECT_MESH && steps == 1 &&
 		(l->part != PEN_GEOMETRY_FRAME || !pen_motion_mesh_is_rigid(object)))
-		return add_static_mesh(l, index);
+		return add_world_mesh(l, index, 1);
 	return add_instance(l, index, steps);
 }
 

@@ -28,7 +28,8 @@ struct pen_model {
 	uint32_t vertex_first;	/* of triangles: those of a step follow those of the step before */
 	uint32_t vertex_count;	/* of a step */
 	uint32_t step_count;	/* of vertices or spheres; 1 = rigid */
-	uint32_t normal_offset; /* from a vertex to its normal, modulo 2^32; PEN_NO_INDEX: flat */
+	uint32_t normal_offset; /* from a step's vertex to its normal, modulo 2^32; PEN_NO_INDEX:
+				   flat */
 	/* Likewise to what else there may be; PEN_NO_INDEX: nothing. */
 	uint32_t uv_offsets[2], color_offset, tangent_offset;
 };

@@ -26,12 +26,13 @@ int pen_layout_init(
 		.scene = scene,
 		.shutter = pen_shutter_of(scene, frame),
 		.own_models = malloc(objects * sizeof *l->own_models),
+		.boxes = calloc(objects, sizeof *l->boxes),
 		.err = err,
 	};
 	list_pools(l, pools);
 	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
 		pen_buf_init(pools[i], PEN_GEOMETRY_BYTES_MAX);
-	if (!l->own_models)
+	if (!l->own_models || !l->boxes)
 		return pen_error_memory(err);
 	memset(l->own_models, 0xff, objects * sizeof *l->own_models);
 	return 0;
@@ -45,7 +46,9 @@ void pen_layout_finish(struct pen_layout *l)
 	for (int i = 0; i < PEN_LAYOUT_POOLS; i++)
 		pen_buf_finish(pools[i]);
 	free(l->own_models);
+	free(l->boxes);
 	l->own_models = NULL;
+	l->boxes = NULL;
 }
 
 struct pen_geometry pen_layout_view(const struct pen_layout *l)

@@ -17,7 +17,8 @@ struct pen_layout {
 	struct pen_shutter shutter;
 	struct pen_buf vertices, normals, uvs, colors, tangents, indices, spheres, disks,
 		placements, models, shapes;
-	uint32_t *own_models; /* of each object, unplaced; PEN_NO_INDEX: not made yet */
+	uint32_t *own_models;  /* of each object, unplaced; PEN_NO_INDEX: not made yet */
+	struct pen_box *boxes; /* of each object; zeros: not found yet */
 	struct pen_error *err;
 };
 

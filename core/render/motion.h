@@ -2,6 +2,7 @@
 #ifndef PEN_RENDER_MOTION_H
 #define PEN_RENDER_MOTION_H
 
+#include "core/render/affine.h"
 #include "core/scene/desc.h"
 
 #include <stdbool.h>
@@ -25,39 +26,25 @@ struct pen_shutter pen_shutter_of(const struct pen_scene *scene, uint32_t frame)
 /* The time of step i of count, 0 <= i < count; the opening when count is 1. */
 double pen_shutter_time(const struct pen_shutter *shutter, uint32_t step, uint32_t count);
 
-/* A point maps to the first three columns times it, plus the fourth. */
-struct pen_affine {
-	double m[3][4];
+struct pen_box {
+	double lower[3], upper[3];
 };
 
-/*
- * The same in the form that interpolates well: translate * rotate * upper triangle, the triangle
- * with scale on its diagonal. Translation and triangle interpolate linearly, rotation (x y z w)
- * by slerp.
- */
-struct pen_placement {
-	double scale[3];
-	double skew_xy, skew_xz, skew_yz;
-	double rotate[4];
-	double translate[3];
-};
-
-struct pen_affine pen_affine_of_pose(const struct pen_pose *pose);
-struct pen_affine pen_affine_product(const struct pen_affine *a, const struct pen_affine *b);
-double pen_affine_determinant(const struct pen_affine *a);
-/* Whether it keeps hardly any volume, or holds a number that is not finite. */
-bool pen_affine_is_singular(const struct pen_affine *a);
-struct pen_placement pen_affine_decompose(const struct pen_affine *a);
+/* What holds a mesh or sphere in its own coordinates, before it deforms. */
+struct pen_box pen_motion_box(const struct pen_object_desc *object);
 
 /* World from own coordinates at a time. */
-struct pen_affine pen_motion_world(const struct pen_object_desc *object, double time);
+struct pen_affine pen_motion_world(
+	const struct pen_scene *scene, const struct pen_object_desc *object, double time);
 
 /*
  * The number of steps: 1 when the object stands still, else the fewest whose interpolation is
  * exact, at most PEN_MOTION_STEPS_MAX (then it is a close approximation). No rotation between two
- * steps reaches 90 degrees.
+ * steps reaches 90 degrees. Of an object with a node: the fewest that show it to a thousandth of
+ * its size (pen_node_steps); box holds it.
  */
-uint32_t pen_motion_steps(const struct pen_object_desc *object, const struct pen_shutter *shutter);
+uint32_t pen_motion_steps(const struct pen_scene *scene, const struct pen_object_desc *object,
+	const struct pen_box *box, const struct pen_shutter *shutter);
 
 /* The same of the vertices of a deforming mesh. */
 uint32_t pen_motion_mesh_steps(

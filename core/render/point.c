@@ -211,16 +211,17 @@ struct own_point {
 	float reach;		/* largest coordinate that went into it */
 };
 
-static struct pen_vec3 vertex_at(const struct pen_geometry *geometry, const struct pen_model *model,
-	uint32_t index, float time)
+/* From a pool of vertices or normals, which has an entry for each vertex of each step. */
+static struct pen_vec3 vertex_at(
+	const float *pool, const struct pen_model *model, uint32_t index, float time)
 {
 	float rest;
 
 	if (model->step_count == 1)
-		return vertex(geometry->vertices, (int32_t)index);
+		return vertex(pool, (int32_t)index);
 	index += (uint32_t)pen_step_of(time, model->step_count, &rest) * model->vertex_count;
-	return pen_madd(pen_scale(vertex(geometry->vertices, (int32_t)index), 1.0f - rest), rest,
-		vertex(geometry->vertices, (int32_t)(index + model->vertex_count)));
+	return pen_madd(pen_scale(vertex(pool, (int32_t)index), 1.0f - rest), rest,
+		vertex(pool, (int32_t)(index + model->vertex_count)));
 }
 
 static struct own_point triangle_point(const struct pen_geometry *geometry,
@@ -230,9 +231,9 @@ static struct own_point triangle_point(const struct pen_geometry *geometry,
 		geometry->indices + 3 * (size_t)(model->first + packet->hits.primitive[lane]);
 	const float time = packet->rays.time[lane];
 	const float u = packet->hits.u[lane], v = packet->hits.v[lane];
-	const struct pen_vec3 a = vertex_at(geometry, model, index[0], time);
-	const struct pen_vec3 b = vertex_at(geometry, model, index[1], time);
-	const struct pen_vec3 c = vertex_at(geometry, model, index[2], time);
+	const struct pen_vec3 a = vertex_at(geometry->vertices, model, index[0], time);
+	const struct pen_vec3 b = vertex_at(geometry->vertices, model, index[1], time);
+	const struct pen_vec3 c = vertex_at(geometry->vertices, model, index[2], time);
 	struct own_point point = {
 		.p = blend(a, b, c, u, v),
 		.n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a))),
@@ -244,9 +245,9 @@ static struct own_point triangle_point(const struct pen_geometry *geometry,
 		const float *pool = geometry->normals;
 		const uint32_t shift = model->normal_offset;
 
-		point.smooth = pen_normalize(blend(vertex(pool, (int32_t)(index[0] + shift)),
-			vertex(pool, (int32_t)(index[1] + shift)),
-			vertex(pool, (int32_t)(index[2] + shift)), u, v));
+		point.smooth = pen_normalize(blend(vertex_at(pool, model, index[0] + shift, time),
+			vertex_at(pool, model, index[1] + shift, time),
+			vertex_at(pool, model, index[2] + shift, time), u, v));
 	}
 	return point;
 }

@@ -2,7 +2,9 @@
 #include "core/render/scene.h"
 
 #include "core/render/bsdf.h"
+#include "core/render/camera_place.h"
 #include "core/render/isa.h"
+#include "core/render/light_place.h"
 
 #include <stdlib.h>
 
@@ -99,7 +101,7 @@ static int create_choice(struct pen_render_scene *scene, struct pen_error *err)
 	if (!powers)
 		return pen_error_memory(err);
 	for (uint32_t i = 0; i < desc->light_count; i++)
-		powers[i] = pen_light_power(&desc->lights[i], radius);
+		powers[i] = pen_light_power(&desc->lights[i], radius); /* a node changes none */
 	r = pen_light_choice_init(&scene->choice, powers, desc->light_count, err);
 	scene->chooses_light = r == 0;
 	free(powers);
@@ -114,8 +116,12 @@ static int create_lights(struct pen_render_scene *scene, struct pen_error *err)
 	if (!scene->lights)
 		return pen_error_memory(err);
 	scene->light_count = desc->light_count;
-	for (uint32_t i = 0; i < desc->light_count; i++)
-		pen_light_init(&scene->lights[i], &desc->lights[i]);
+	for (uint32_t i = 0; i < desc->light_count; i++) {
+		const struct pen_light_desc placed = pen_light_place(
+			desc, &desc->lights[i], pen_shutter_of(desc, scene->frame).open);
+
+		pen_light_init(&scene->lights[i], &placed);
+	}
 	return desc->light_count > PEN_LIGHTS_SAMPLED_MAX ? create_choice(scene, err) : 0;
 }
 
@@ -123,14 +129,18 @@ static int create_camera(struct pen_render_scene *scene, struct pen_error *err)
 {
 	const struct pen_scene *desc = scene->desc;
 	const struct pen_shutter shutter = pen_shutter_of(desc, scene->frame);
-	struct pen_camera_desc camera = desc->camera;
+	struct pen_camera_desc camera;
+	struct pen_camera_key *keys;
+	int r = pen_camera_place(desc, &shutter, &camera, &keys, err);
 
-	camera.shutter_open = shutter.open;
-	camera.shutter_close = shutter.close;
+	if (r < 0)
+		return r;
 	if (desc->integrator.type == PEN_INTEGRATOR_WHITTED)
 		camera.aperture_radius = 0.0;
 	pen_filter_init(&scene->filter, &desc->image);
-	return pen_camera_init(&scene->camera, &camera, desc->image.width, desc->image.height, err);
+	r = pen_camera_init(&scene->camera, &camera, desc->image.width, desc->image.height, err);
+	free(keys);
+	return r;
 }
 
 int pen_render_kernel(enum pen_isa isa, const struct pen_kernel **ret_kernel, struct pen_error *err)

@@ -31,7 +31,8 @@ static const struct pen_gltf_camera_found *find(struct pen_gltf_reading *r)
 	const struct pen_camera_desc *wanted = &r->scene->camera;
 
 	if (!wanted->from)
-		return wanted->given == 0 && count > 0 ? cameras : NULL;
+		return (wanted->given & ~(uint32_t)PEN_CAMERA_FOCUS) == 0 && count > 0 ? cameras
+										       : NULL;
 	for (size_t i = 0; i < count; i++)
 		if (strcmp(cameras[i].name, wanted->from) == 0 ||
 			strcmp(cameras[i].node_name, wanted->from) == 0)

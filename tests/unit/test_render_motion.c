@@ -23,8 +23,10 @@ static struct pen_pose pose_turned(double degrees)
 
 static struct pen_object_desc moving(struct pen_pose_key *keys, uint32_t count)
 {
-	return (struct pen_object_desc){
-		.transform = pose_turned(0), .keys = keys, .key_count = count};
+	return (struct pen_object_desc){.transform = pose_turned(0),
+		.keys = keys,
+		.key_count = count,
+		.node = PEN_NO_INDEX};
 }
 
 /* Breaks when decomposing loses shear, a mirror, or the order scale, rotate, translate. */
@@ -60,18 +62,20 @@ static void test_steps(void **state)
 	const struct pen_shutter late = {1.0, 1.5}, after = {3, 4}, instant = {0.5, 0.5};
 
 	(void)state;
-	assert_int_equal(pen_motion_steps(&two, &second), 1); /* held before its first key */
-	assert_int_equal(pen_motion_steps(&two, &late), 2);   /* half of a segment */
-	assert_int_equal(pen_motion_steps(&four, &after), 1); /* held after its last key */
-	assert_int_equal(pen_motion_steps(&four, &instant), 1);
-	assert_int_equal(pen_motion_steps(&four, &second), 5); /* a key at a quarter */
+	assert_int_equal(
+		pen_motion_steps(NULL, &two, NULL, &second), 1); /* held before its first key */
+	assert_int_equal(pen_motion_steps(NULL, &two, NULL, &late), 2); /* half of a segment */
+	assert_int_equal(
+		pen_motion_steps(NULL, &four, NULL, &after), 1); /* held after its last key */
+	assert_int_equal(pen_motion_steps(NULL, &four, NULL, &instant), 1);
+	assert_int_equal(pen_motion_steps(NULL, &four, NULL, &second), 5); /* a key at a quarter */
 	keys[1].time = 0.2503;
-	assert_int_equal(pen_motion_steps(&four, &second), PEN_MOTION_STEPS_MAX);
+	assert_int_equal(pen_motion_steps(NULL, &four, NULL, &second), PEN_MOTION_STEPS_MAX);
 	/* 140 degrees in the shutter: three steps' worth. */
-	assert_int_equal(pen_motion_steps(&two, &(struct pen_shutter){1, 2}), 4);
+	assert_int_equal(pen_motion_steps(NULL, &two, NULL, &(struct pen_shutter){1, 2}), 4);
 	/* Under a stretch no step count is exact. */
 	two.transform.scale[1] = 2;
-	assert_int_equal(pen_motion_steps(&two, &late), 33);
+	assert_int_equal(pen_motion_steps(NULL, &two, NULL, &late), 33);
 }
 
 /* Breaks when poses are blended as matrices: a spinning point must stay on its circle. */
@@ -82,7 +86,7 @@ static void test_rotation_sweeps_arcs(void **state)
 
 	(void)state;
 	for (int i = 0; i <= 8; i++) {
-		const struct pen_affine world = pen_motion_world(&object, i / 8.0);
+		const struct pen_affine world = pen_motion_world(NULL, &object, i / 8.0);
 
 		assert_true(fabs(world.m[0][0] - cos(i * M_PI / 12)) < 1e-12);
 		assert_true(fabs(world.m[1][0] - sin(i * M_PI / 12)) < 1e-12);
