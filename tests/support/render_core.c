@@ -4,6 +4,7 @@
 #include "core/base/tile.h"
 #include "core/render/pictures.h"
 #include "core/render/render.h"
+#include "core/scene/gltf.h"
 #include "core/scene/parse.h"
 #include "core/scene/planes.h"
 
@@ -175,7 +176,7 @@ static struct pen_blob load_asset(const char *directory, const struct pen_asset_
 	return blob;
 }
 
-static struct pen_pictures *load_pictures(const struct pen_scene *scene, const char *directory)
+static struct pen_pictures *load_assets(struct pen_scene *scene, const char *directory)
 {
 	static struct pen_scene_errors errors;
 	struct pen_blob *blobs = allocate(scene->asset_count, sizeof *blobs);
@@ -184,7 +185,8 @@ static struct pen_pictures *load_pictures(const struct pen_scene *scene, const c
 
 	for (uint32_t i = 0; i < scene->asset_count; i++)
 		blobs[i] = load_asset(directory, &scene->assets[i]);
-	if (pen_pictures_load(scene, blobs, &errors, &pictures, &err) < 0) {
+	if (pen_scene_expand(scene, blobs, &errors, &err) < 0 ||
+		pen_pictures_load(scene, blobs, &errors, &pictures, &err) < 0) {
 		for (size_t i = 0; i < errors.count; i++)
 			(void)fprintf(stderr, "%s: %s\n", errors.items[i].pointer,
 				errors.items[i].detail);
@@ -354,7 +356,7 @@ int main(int argc, char **argv)
 		scene->sampling.samples = options.samples;
 	if (options.has_rect)
 		scene->image.crop = options.rect;
-	pictures = load_pictures(scene, options.assets_path);
+	pictures = load_assets(scene, options.assets_path);
 	if (pen_render_scene_create(scene, pictures, options.frame, options.isa, &ready, &err) < 0)
 		fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);

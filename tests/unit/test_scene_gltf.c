@@ -172,11 +172,118 @@ static void test_instances_share_a_mesh(void **state)
 	finish(&r);
 }
 
+/* An index accessor of N-1, N and N+1 elements in a view of N bytes, and an index of N vertices. */
+static void test_faults_at_the_edges(void **state)
+{
+	static const struct {
+		const char *accessors;
+		const char *fault; /* NULL: none */
+	} cases[] = {
+#define POSITIONS(count)                                                                           \
+	"{\"bufferView\":0,\"componentType\":5126,\"count\":" count ",\"type\":\"VEC3\"}"
+#define INDICES(more) ",{\"bufferView\":1,\"componentType\":5121,\"type\":\"SCALAR\"," more "}"
+		{POSITIONS("3") INDICES("\"count\":3"), NULL},
+		{POSITIONS("2") INDICES("\"count\":3"), "index 2 is 2"},
+		{POSITIONS("4") INDICES("\"count\":3"), "leave buffer view 0"},
+		{POSITIONS("18446744073709551615") INDICES("\"count\":3"), "too many"},
+		{POSITIONS("3") INDICES("\"count\":2"), "whole number of triangles"},
+		{POSITIONS("3") INDICES("\"count\":4"), "leave buffer view 1"},
+		{POSITIONS("3") INDICES("\"count\":3,\"byteOffset\":1"), "leave buffer view 1"},
+		{POSITIONS("3") INDICES("\"count\":3,\"byteOffset\":18446744073709551614"),
+			"leave buffer view 1"},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		char text[2048];
+		struct reading r;
+
+		(void)snprintf(text, sizeof text,
+			HEAD TRIANGLE_VIEWS "\"accessors\":[%s]," TRIANGLE_MESH ONE_NODE,
+			cases[i].accessors);
+		read_glb(&r, text, &triangle, sizeof triangle);
+		assert_int_equal(r.code, cases[i].fault ? PEN_EINVALID : 0);
+		assert_int_equal(r.errors.count > 0, cases[i].fault != NULL);
+		if (cases[i].fault) {
+			assert_string_equal(r.errors.items[0].pointer, "/objects/0");
+			assert_non_null(strstr(r.errors.items[0].detail, "mesh 0 \"Tri\""));
+			assert_non_null(strstr(r.errors.items[0].detail, cases[i].fault));
+		}
+		finish(&r);
+	}
+}
+
+/* Breaks when a tree that is none is walked, or an extension that is needed is passed over. */
+static void test_trees_and_extensions(void **state)
+{
+	static const struct {
+		const char *tail, *fault;
+	} cases[] = {
+		{"\"nodes\":[{\"children\":[1]},{\"children\":[0]}],\"scenes\":[{\"nodes\":[0]}]}",
+			"no root"},
+		{"\"nodes\":[{\"children\":[0]}],\"scenes\":[{\"nodes\":[0]}]}", "another parent"},
+		{"\"nodes\":[{\"children\":[7]}],\"scenes\":[{\"nodes\":[0]}]}", "no node 7"},
+		{"\"nodes\":[{\"mesh\":3}],\"scenes\":[{\"nodes\":[0]}]}", "no mesh 3"},
+		{"\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]," ONE_NODE,
+			"KHR_draco_mesh_compression"},
+		{"\"images\":[{\"uri\":\"bark.png\"}]," ONE_NODE, "bark.png"},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		char text[2048];
+		struct reading r;
+
+		(void)snprintf(text, sizeof text, TRIANGLES "%s", cases[i].tail);
+		read_glb(&r, text, &triangle, sizeof triangle);
+		assert_int_equal(r.code, PEN_EINVALID);
+		assert_non_null(strstr(r.errors.items[0].detail, cases[i].fault));
+		finish(&r);
+	}
+}
+
+/*
+ * A thousand assets with some bytes changed or cut off, from a seed: each is read or refused with a
+ * reason, and a sanitizer has nothing to say.
+ */
+static void test_damaged_bytes(void **state)
+{
+	uint32_t random = 20260101;
+	unsigned refused = 0;
+
+	(void)state;
+	for (int i = 0; i < 1000; i++) {
+		size_t size;
+		unsigned char *glb =
+			make_glb(TRIANGLES ONE_NODE, &triangle, sizeof triangle, &size);
+		struct reading r;
+
+		for (int k = 0; k < 1 + i % 4; k++) {
+			random = random * 1664525u + 1013904223u;
+			glb[(random >> 8) % size] = (unsigned char)(random >> 24);
+		}
+		random = random * 1664525u + 1013904223u;
+		if (i % 5 == 0) {
+			size = (random >> 8) % size;
+			glb = realloc(glb, size + 1);
+			assert_non_null(glb);
+		}
+		read_bytes(&r, plain_scene, glb, size);
+		refused += r.code < 0;
+		assert_int_equal(r.code < 0, r.err.text[0] != '\0');
+		finish(&r);
+	}
+	assert_in_range(refused, 200, 999);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_a_triangle),
 		cmocka_unit_test(test_instances_share_a_mesh),
+		cmocka_unit_test(test_faults_at_the_edges),
+		cmocka_unit_test(test_trees_and_extensions),
+		cmocka_unit_test(test_damaged_bytes),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
