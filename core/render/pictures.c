@@ -32,6 +32,10 @@ static void note(
 static int find_bytes(const struct pen_picture_desc *desc, const struct pen_blob *blob,
 	struct pen_blob *ret_bytes, struct pen_error *err)
 {
+	if (desc->bytes) {
+		*ret_bytes = (struct pen_blob){desc->bytes, desc->size};
+		return 0;
+	}
 	if (desc->offset > blob->size || desc->size > blob->size - desc->offset)
 		return pen_error_set(err, PEN_EINVALID, "it reaches past the end of its file");
 	ret_bytes->bytes = (const uint8_t *)blob->bytes + desc->offset;

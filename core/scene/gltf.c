@@ -21,7 +21,7 @@ static const char *const known_extensions[] = {
 	"KHR_texture_transform",
 };
 
-static bool is_known(const char *extension)
+bool pen_gltf_knows(const char *extension)
 {
 	for (size_t i = 0; i < sizeof known_extensions / sizeof *known_extensions; i++)
 		if (strcmp(extension, known_extensions[i]) == 0)
@@ -29,20 +29,12 @@ static bool is_known(const char *extension)
 	return false;
 }
 
-static bool check_extensions(struct pen_gltf_reading *r)
+static void tell_extensions(struct pen_gltf_reading *r)
 {
-	const size_t found = r->found;
-
-	for (size_t i = 0; i < r->model->required_count; i++)
-		if (!is_known(r->model->required[i]))
-			pen_gltf_refuse(r,
-				"it requires the extension %.60s, which is not supported",
-				r->model->required[i]);
-	for (size_t i = 0; i < r->model->used_count && r->found == found; i++)
-		if (!is_known(r->model->used[i]))
+	for (size_t i = 0; i < r->model->used_count; i++)
+		if (!pen_gltf_knows(r->model->used[i]))
 			pen_gltf_warn(r, "the extension %.60s is not supported and is left out",
 				r->model->used[i]);
-	return r->found == found;
 }
 
 static void *fill_none(struct pen_gltf_reading *r, size_t count)
@@ -93,11 +85,7 @@ static void open_asset(
 	}
 	if (!enter(r, asset))
 		return;
-	if (!check_extensions(r)) {
-		pen_gltf_destroy(asset->gltf);
-		asset->gltf = NULL;
-		return;
-	}
+	tell_extensions(r);
 	prepare(r);
 	if (pen_gltf_sound(r))
 		pen_gltf_tree_read(r);

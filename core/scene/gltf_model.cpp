@@ -264,6 +264,18 @@ static void check_lists(const Json &text)
 	}
 }
 
+/* Before all else is read: such an extension may be the reason why the rest looks broken. */
+static void check_required(const Json &text)
+{
+	for (const Json &item : text.value("extensionsRequired", Json::array())) {
+		const std::string name = item.is_string() ? item.get<std::string>() : "";
+
+		if (!pen_gltf_knows(name.c_str()))
+			throw Refusal("it requires the extension " + printable(name, 60) +
+				      ", which is not supported");
+	}
+}
+
 static void check_version(const Json &text)
 {
 	const auto asset = text.find("asset");
@@ -306,6 +318,7 @@ static std::string prepare(pen_gltf &gltf)
 		throw Refusal("its text is not a JSON object");
 	check_version(text);
 	check_lists(text);
+	check_required(text);
 	refuse_files(text);
 	gltf.buffers = take_list(text, "buffers", "buffer", buffer_of);
 	gltf.images = take_list(text, "images", "image", image_of);

@@ -168,6 +168,9 @@ struct pen_gltf_model {
 	int default_scene;
 };
 
+/* Whether an extension is supported: one that is required and is not is refused. */
+bool pen_gltf_knows(const char *extension);
+
 struct pen_gltf; /* owns what a model points to */
 
 /*
