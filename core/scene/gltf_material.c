@@ -2,6 +2,7 @@
 #include "core/scene/gltf_material.h"
 
 #include "core/scene/gltf_accessor.h"
+#include "core/scene/input.h"
 
 #include <math.h>
 #include <string.h>
@@ -93,12 +94,9 @@ static uint32_t find_texture(struct pen_gltf_reading *r, int index, bool is_srgb
 static bool set_transform(
 	struct pen_gltf_reading *r, const struct pen_gltf_texture_use *use, double ret_uv[2][3])
 {
-	const double c = cos(use->rotation), s = sin(use->rotation);
-	const double uv[2][3] = {
-		{c * use->scale[0], s * use->scale[1], use->offset[0]},
-		{-s * use->scale[0], c * use->scale[1], use->offset[1]},
-	};
+	double uv[2][3];
 
+	pen_input_place(use->offset, use->rotation * (180.0 / M_PI), use->scale, uv);
 	for (int i = 0; i < 6; i++) {
 		if (fabs(uv[i / 3][i % 3]) <= PEN_SCALE_MAX)
 			continue;

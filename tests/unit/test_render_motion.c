@@ -128,11 +128,39 @@ static void test_names_of_instruction_sets(void **state)
 	assert_true(strlen(strrchr(text, '/')) == 13); /* a vendor has twelve letters */
 }
 
+/* Breaks when a chain of nodes loses its parent, or a turning parent's child goes by a chord. */
+static void test_a_child_of_a_turning_node(void **state)
+{
+	static const float times[] = {0, 1};
+	static const float turns[] = {0, 0, 0, 1, 0, 0, 0.70710678f, 0.70710678f};
+	struct pen_node_desc nodes[] = {
+		{.parent = PEN_NO_INDEX,
+			.pose = pose_turned(0),
+			.rotation = {PEN_INTERPOLATION_LINEAR, 2, times, turns}},
+		{.parent = 0, .pose = {{10, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}}},
+	};
+	const struct pen_scene scene = {.nodes = nodes, .node_count = 2};
+	const struct pen_object_desc object = {.type = PEN_OBJECT_SPHERE, .node = 1};
+	const struct pen_box box = {{-1, -1, -1}, {1, 1, 1}};
+	const struct pen_shutter instant = {0.5, 0.5};
+	const struct pen_affine half = pen_motion_world(&scene, &object, 0.5);
+
+	(void)state;
+	assert_true(fabs(half.m[0][3] - 10 * sqrt(0.5)) < 1e-5);
+	assert_true(fabs(half.m[1][3] - 10 * sqrt(0.5)) < 1e-5);
+	assert_int_equal(pen_motion_steps(&scene, &object, &box, &instant), 1);
+	/* An arc of radius 10 seen to 0.001 of 3.5: its sagitta asks for more than 12 segments. */
+	assert_in_range(pen_motion_steps(&scene, &object, &box, &second), 13, 49);
+	nodes[1].pose.translate[0] = 0;
+	assert_int_equal(pen_motion_steps(&scene, &object, &box, &second), 3);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_decomposition_rebuilds_the_map),
 		cmocka_unit_test(test_steps),
+		cmocka_unit_test(test_a_child_of_a_turning_node),
 		cmocka_unit_test(test_rotation_sweeps_arcs),
 		cmocka_unit_test(test_singular_is_relative),
 		cmocka_unit_test(test_names_of_instruction_sets),
