@@ -3,7 +3,7 @@
 
 #include "core/render/bsdf.h"
 
-enum { SAMPLES_SIDE = 16 };
+enum { SAMPLES_SIDE = 8 };
 
 static void measure(float roughness, float cosine, float *ret_whole, float *ret_grazing)
 {

@@ -2,10 +2,16 @@
 #include "core/render/direct.h"
 
 #include "core/render/bsdf.h"
+#include "core/render/detail.h"
 #include "core/render/light.h"
+
+#include <string.h>
 
 /* Shadow rays end a little before the light, so as not to hit it. */
 #define SHADOW_SHARE (1.0f - 1e-4f)
+
+/* What reflects diffusely. */
+enum { MATTES = PEN_KIND_MATTE | PEN_KIND_PRINCIPLED };
 
 /* Sixteen directions, and what arrives from there if nothing is in between. */
 struct incoming {
@@ -19,12 +25,17 @@ struct incoming {
 	float green[PEN_LANES];
 	float blue[PEN_LANES];
 	float competes[PEN_LANES]; /* 1 where a lobe could hit the light too, else 0 */
+	bool is_for_diffuse;	   /* other lobes look there by themselves */
 };
 
 /* What the surface makes of it. */
 struct response {
 	_Alignas(64) float value[PEN_LANES]; /* bsdf * |cos| */
 	float pdf[PEN_LANES];		     /* with which a lobe goes there; 0: none does */
+	const float *red, *green, *blue;     /* color of the value: the points' or the tint */
+	float tint_red[PEN_LANES];
+	float tint_green[PEN_LANES];
+	float tint_blue[PEN_LANES];
 };
 
 static struct pen_vec3 normal_of(const struct pen_points *points, int lane)
@@ -87,16 +98,67 @@ static void respond_frosted(const struct pen_rays *rays, const struct pen_points
 	}
 }
 
+static void set_tint(struct response *ret, const struct pen_points *points)
+{
+	memcpy(ret->tint_red, points->red, sizeof ret->tint_red);
+	memcpy(ret->tint_green, points->green, sizeof ret->tint_green);
+	memcpy(ret->tint_blue, points->blue, sizeof ret->tint_blue);
+	ret->red = ret->tint_red;
+	ret->green = ret->tint_green;
+	ret->blue = ret->tint_blue;
+}
+
+/*
+ * What principled makes of it, in colour. distribution follows no diffuse lobe: what the others
+ * give is weighed against them here, and the diffuse part is not weighed at all.
+ */
+static void respond_principled(const struct pen_pass *pass, const struct pen_rays *rays,
+	const struct pen_points *points, const struct incoming *in, struct response *ret)
+{
+	const enum pen_integrator_type type = pass->scene->desc->integrator.type;
+	const bool is_path = type == PEN_INTEGRATOR_PATH;
+	const float diffuse_max = pen_diffuse_chance_max(type);
+	const float others = in->is_for_diffuse || type == PEN_INTEGRATOR_WHITTED ? 0.0f : 1.0f;
+
+	set_tint(ret, points);
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_principled p = pen_detail_principled(points, i);
+		const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
+		const struct pen_principled_chances chances =
+			pen_principled_chances(&p, n, wo, diffuse_max);
+		const struct pen_principled_value value =
+			pen_principled_eval(&p, n, wo, pen_vec3(in->x[i], in->y[i], in->z[i]));
+		const float pdf = pen_principled_pdf(&value, &chances, is_path);
+		const float share = pen_power_heuristic(in->pdf[i], pdf * in->competes[i]);
+		const struct pen_vec3 sum =
+			pen_madd(value.diffuse, is_path ? others : others * share, value.others);
+		const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
+		const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
+
+		ret->value[i] = wanted ? brightest : ret->value[i];
+		ret->pdf[i] = wanted ? (is_path ? pdf * others : 0.0f) : ret->pdf[i];
+		ret->tint_red[i] = wanted ? sum.x / brightest : ret->tint_red[i];
+		ret->tint_green[i] = wanted ? sum.y / brightest : ret->tint_green[i];
+		ret->tint_blue[i] = wanted ? sum.z / brightest : ret->tint_blue[i];
+	}
+}
+
 static void respond(const struct pen_pass *pass, const struct pen_rays *rays,
 	const struct pen_points *points, const struct incoming *in, struct response *ret)
 {
 	const bool is_path = pass->scene->desc->integrator.type == PEN_INTEGRATOR_PATH;
 
+	ret->red = points->red;
+	ret->green = points->green;
+	ret->blue = points->blue;
 	respond_matte(points, in, is_path, ret);
 	if (points->kinds & PEN_KIND_GLOSSY)
 		respond_glossy(rays, points, in, ret);
 	if (points->kinds & PEN_KIND_FROSTED)
 		respond_frosted(rays, points, in, ret);
+	if (points->kinds & PEN_KIND_PRINCIPLED)
+		respond_principled(pass, rays, points, in, ret);
 }
 
 /*
@@ -138,7 +200,7 @@ static bool aim(const struct pen_rays *from, const struct pen_points *points,
 	return any != 0;
 }
 
-static void gather(const struct pen_paths *paths, const struct pen_points *points,
+static void gather(const struct pen_paths *paths, const struct response *response,
 	const struct incoming *in, const float factor[PEN_LANES], const struct pen_rays *shadow,
 	struct pen_gathered *sum)
 {
@@ -146,9 +208,9 @@ static void gather(const struct pen_paths *paths, const struct pen_points *point
 	for (int i = 0; i < PEN_LANES; i++) {
 		const float f = shadow->tfar[i] >= 0.0f ? factor[i] : 0.0f;
 
-		sum->red[i] += paths->red[i] * points->red[i] * in->red[i] * f;
-		sum->green[i] += paths->green[i] * points->green[i] * in->green[i] * f;
-		sum->blue[i] += paths->blue[i] * points->blue[i] * in->blue[i] * f;
+		sum->red[i] += paths->red[i] * response->red[i] * in->red[i] * f;
+		sum->green[i] += paths->green[i] * response->green[i] * in->green[i] * f;
+		sum->blue[i] += paths->blue[i] * response->blue[i] * in->blue[i] * f;
 	}
 }
 
@@ -173,7 +235,7 @@ static void test_and_gather(struct pen_pass *pass, const struct pen_paths *paths
 		return;
 	pass->rays += lanes_traced(&shadow);
 	pass->rays_dropped += pen_trace_occluded(pass->scene->trace, pass->is_coherent, &shadow);
-	gather(paths, points, in, factor, &shadow, sum);
+	gather(paths, &response, in, factor, &shadow, sum);
 }
 
 static bool lobes_hit(const struct pen_render_scene *scene, uint32_t light)
@@ -269,6 +331,7 @@ static void add_background(struct pen_pass *pass, const struct pen_paths *paths,
 	_Alignas(64) float u[PEN_LANES];
 	_Alignas(64) float v[PEN_LANES];
 
+	in.is_for_diffuse = true;
 	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_BACKGROUND),
 		PEN_LANES, paths->key, paths->index, u, v);
 #pragma omp simd
@@ -279,7 +342,7 @@ static void add_background(struct pen_pass *pass, const struct pen_paths *paths,
 		in.y[i] = lobe.direction.y;
 		in.z[i] = lobe.direction.z;
 		in.distance[i] = INFINITY;
-		in.strength[i] = points->kind[i] == PEN_KIND_MATTE ? 1.0f : 0.0f;
+		in.strength[i] = (points->kind[i] & MATTES) != 0 ? 1.0f : 0.0f;
 		in.pdf[i] = pen_max(lobe.pdf, 1e-30f);
 		in.competes[i] = 0.0f;
 		in.red[i] = color.x;
@@ -298,8 +361,9 @@ void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 	const bool is_black = background.x == 0 && background.y == 0 && background.z == 0;
 	struct incoming in;
 
-	if ((points->kinds & (PEN_KIND_MATTE | PEN_KIND_GLOSSY | PEN_KIND_FROSTED)) == 0)
+	if ((points->kinds & (MATTES | PEN_KIND_GLOSSY | PEN_KIND_FROSTED)) == 0)
 		return;
+	in.is_for_diffuse = false;
 	if (type == PEN_INTEGRATOR_WHITTED) {
 		for (uint32_t light = 0; light < scene->light_count; light++) {
 			aim_at_centre(scene, points, light, &in);
@@ -315,7 +379,7 @@ void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 		sample_light(pass, paths, points, light, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
-	if (type == PEN_INTEGRATOR_DISTRIBUTION && !is_black && (points->kinds & PEN_KIND_MATTE))
+	if (type == PEN_INTEGRATOR_DISTRIBUTION && !is_black && (points->kinds & MATTES))
 		add_background(pass, paths, points, sum);
 }
 
@@ -336,12 +400,35 @@ static float seen_weight(const struct pen_render_scene *scene, const struct pen_
 	return pen_power_heuristic(paths->lobe_pdf[lane], rival);
 }
 
+/*
+ * What surfaces send out themselves, dimmed by their coat. Unlit ones show their color where the
+ * ray could have come only from them, and light nothing.
+ */
+static void add_glow(
+	const struct pen_paths *paths, const struct pen_points *points, struct pen_gathered *sum)
+{
+	const struct pen_rays *rays = &paths->packet.rays;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_principled p = pen_detail_principled(points, i);
+		const bool is_unlit = points->kind[i] == PEN_KIND_UNLIT;
+		const float passed = 1.0f - pen_coat_share(&p, towards_origin(rays, i));
+		const float weight = is_unlit ? (paths->lobe_pdf[i] == 0.0f ? 1.0f : 0.0f) : passed;
+
+		sum->red[i] += paths->red[i] * points->glow_red[i] * weight;
+		sum->green[i] += paths->green[i] * points->glow_green[i] * weight;
+		sum->blue[i] += paths->blue[i] * points->glow_blue[i] * weight;
+	}
+}
+
 void pen_direct_seen(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, struct pen_gathered *sum)
 {
 	const struct pen_render_scene *scene = pass->scene;
 	const struct pen_rays *rays = &paths->packet.rays;
 
+	if (points->kinds & PEN_KIND_GLOWING)
+		add_glow(paths, points, sum);
 	for (int i = 0; i < PEN_LANES; i++) {
 		const bool is_light = points->kind[i] == PEN_KIND_LIGHT && !points->backside[i];
 		const bool is_miss =

@@ -15,6 +15,8 @@ static void generate(const struct pen_pass *pass, const struct pen_camera_sample
 	struct pen_rays *rays = &ret->packet.rays;
 	const struct pen_camera_rays to = {rays->origin_x, rays->origin_y, rays->origin_z,
 		rays->direction_x, rays->direction_y, rays->direction_z};
+	/* A pixel's height seen from the eye, as far as one sample stands for it. */
+	const float spread = scene->camera.tan_y * scene->camera.pixel_y * scene->sample_share;
 	_Alignas(64) float dx[PEN_LANES];
 	_Alignas(64) float dy[PEN_LANES];
 
@@ -30,6 +32,8 @@ static void generate(const struct pen_pass *pass, const struct pen_camera_sample
 		ret->green[i] = ret->red[i];
 		ret->blue[i] = ret->red[i];
 		ret->lobe_pdf[i] = 0.0f;
+		ret->width[i] = 0.0f;
+		ret->spread[i] = spread;
 		rays->tnear[i] = 0.0f;
 		rays->tfar[i] = INFINITY;
 	}

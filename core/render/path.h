@@ -16,6 +16,9 @@ struct pen_paths {
 	float blue[PEN_LANES];
 	float lobe_pdf[PEN_LANES]; /* with which the ray's direction was sampled; 0: no light
 				      sampling could have found it */
+	/* What a sample sees, in scenes with textures: a cone about the ray. */
+	float width[PEN_LANES];	   /* at its origin */
+	float spread[PEN_LANES];   /* what a length of 1 adds */
 	uint32_t slot[PEN_LANES];  /* of the sample, within the batch */
 	uint32_t key[PEN_LANES];   /* of the sample's pixel, see core/render/sequence.h */
 	uint32_t index[PEN_LANES]; /* of the sample */

@@ -3,6 +3,7 @@
 
 #include "core/render/sphere.h"
 #include "core/render/vec.h"
+#include "core/render/vertex.h"
 
 #include <math.h>
 
@@ -15,11 +16,6 @@
 static float largest(struct pen_vec3 v)
 {
 	return pen_max(pen_max(fabsf(v.x), fabsf(v.y)), fabsf(v.z));
-}
-
-static struct pen_vec3 vertex(const float *pool, int32_t index)
-{
-	return pen_vec3(pool[3 * index], pool[3 * index + 1], pool[3 * index + 2]);
 }
 
 static struct pen_vec3 blend(
@@ -99,7 +95,7 @@ static void look_up_one(const struct pen_render_scene *scene, const struct pen_h
 	}
 	lookup->routes = target.route;
 	lookup->is_smooth = target.normal_offset != PEN_NO_INDEX;
-	to->kinds = surface.kind;
+	to->kinds = surface.kinds;
 }
 
 static void look_up_each(const struct pen_render_scene *scene, const struct pen_hits *hits,
@@ -118,7 +114,7 @@ static void look_up_each(const struct pen_render_scene *scene, const struct pen_
 		store_surface(to, lookup, i, *target, *surface);
 		lookup->primitive[i] = (int32_t)(target->first + hits->primitive[i]);
 		routes |= target->route;
-		kinds |= surface->kind;
+		kinds |= surface->kinds;
 		smooth |= ~target->normal_offset;
 	}
 	lookup->routes = routes;
@@ -159,9 +155,9 @@ static void find_triangles(const struct pen_geometry *geometry, const struct pen
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const int wanted = lookup->route[i] == PEN_ROUTE_TRIANGLE;
-		const struct pen_vec3 a = vertex(pool, corners.a[i]);
-		const struct pen_vec3 b = vertex(pool, corners.b[i]);
-		const struct pen_vec3 c = vertex(pool, corners.c[i]);
+		const struct pen_vec3 a = pen_vertex(pool, corners.a[i]);
+		const struct pen_vec3 b = pen_vertex(pool, corners.b[i]);
+		const struct pen_vec3 c = pen_vertex(pool, corners.c[i]);
 		const struct pen_vec3 p = blend(a, b, c, hits->u[i], hits->v[i]);
 		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
 		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
@@ -211,19 +207,6 @@ struct own_point {
 	float reach;		/* largest coordinate that went into it */
 };
 
-/* From a pool of vertices or normals, which has an entry for each vertex of each step. */
-static struct pen_vec3 vertex_at(
-	const float *pool, const struct pen_model *model, uint32_t index, float time)
-{
-	float rest;
-
-	if (model->step_count == 1)
-		return vertex(pool, (int32_t)index);
-	index += (uint32_t)pen_step_of(time, model->step_count, &rest) * model->vertex_count;
-	return pen_madd(pen_scale(vertex(pool, (int32_t)index), 1.0f - rest), rest,
-		vertex(pool, (int32_t)(index + model->vertex_count)));
-}
-
 static struct own_point triangle_point(const struct pen_geometry *geometry,
 	const struct pen_model *model, const struct pen_packet *packet, int lane)
 {
@@ -231,9 +214,9 @@ static struct own_point triangle_point(const struct pen_geometry *geometry,
 		geometry->indices + 3 * (size_t)(model->first + packet->hits.primitive[lane]);
 	const float time = packet->rays.time[lane];
 	const float u = packet->hits.u[lane], v = packet->hits.v[lane];
-	const struct pen_vec3 a = vertex_at(geometry->vertices, model, index[0], time);
-	const struct pen_vec3 b = vertex_at(geometry->vertices, model, index[1], time);
-	const struct pen_vec3 c = vertex_at(geometry->vertices, model, index[2], time);
+	const struct pen_vec3 a = pen_vertex_at(geometry->vertices, model, index[0], time);
+	const struct pen_vec3 b = pen_vertex_at(geometry->vertices, model, index[1], time);
+	const struct pen_vec3 c = pen_vertex_at(geometry->vertices, model, index[2], time);
 	struct own_point point = {
 		.p = blend(a, b, c, u, v),
 		.n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a))),
@@ -245,9 +228,10 @@ static struct own_point triangle_point(const struct pen_geometry *geometry,
 		const float *pool = geometry->normals;
 		const uint32_t shift = model->normal_offset;
 
-		point.smooth = pen_normalize(blend(vertex_at(pool, model, index[0] + shift, time),
-			vertex_at(pool, model, index[1] + shift, time),
-			vertex_at(pool, model, index[2] + shift, time), u, v));
+		point.smooth =
+			pen_normalize(blend(pen_vertex_at(pool, model, index[0] + shift, time),
+				pen_vertex_at(pool, model, index[1] + shift, time),
+				pen_vertex_at(pool, model, index[2] + shift, time), u, v));
 	}
 	return point;
 }
@@ -280,17 +264,10 @@ static struct own_point disk_point(const struct pen_disk *disk, struct pen_vec3 
 	};
 }
 
-/* The inverse of an affine map applied to a point, by Cramer's rule. */
+/* The inverse of an affine map applied to a point. */
 static struct pen_vec3 to_own(const float m[3][4], struct pen_vec3 p)
 {
-	const struct pen_vec3 a = {m[0][0], m[1][0], m[2][0]};
-	const struct pen_vec3 b = {m[0][1], m[1][1], m[2][1]};
-	const struct pen_vec3 c = {m[0][2], m[1][2], m[2][2]};
-	const struct pen_vec3 d = {p.x - m[0][3], p.y - m[1][3], p.z - m[2][3]};
-	const float inverse = 1.0f / pen_dot(a, pen_cross(b, c));
-
-	return pen_vec3(pen_dot(d, pen_cross(b, c)) * inverse,
-		pen_dot(d, pen_cross(c, a)) * inverse, pen_dot(d, pen_cross(a, b)) * inverse);
+	return pen_linear_inverse(m, pen_vec3(p.x - m[0][3], p.y - m[1][3], p.z - m[2][3]));
 }
 
 static struct pen_vec3 to_world(const float m[3][4], struct pen_vec3 p)
@@ -403,9 +380,9 @@ static void find_smooth_normals(const struct pen_geometry *geometry, const struc
 		const int wanted = lookup->normal_offset[i] != PEN_NO_INDEX;
 		const int32_t shift = (int32_t)lookup->normal_offset[i];
 		const int32_t *index = indices + 3 * (lookup->primitive[i] & -wanted);
-		const struct pen_vec3 a = vertex(pool, (index[0] + shift) & -wanted);
-		const struct pen_vec3 b = vertex(pool, (index[1] + shift) & -wanted);
-		const struct pen_vec3 c = vertex(pool, (index[2] + shift) & -wanted);
+		const struct pen_vec3 a = pen_vertex(pool, (index[0] + shift) & -wanted);
+		const struct pen_vec3 b = pen_vertex(pool, (index[1] + shift) & -wanted);
+		const struct pen_vec3 c = pen_vertex(pool, (index[2] + shift) & -wanted);
 		const struct pen_vec3 n = pen_normalize(blend(a, b, c, hits->u[i], hits->v[i]));
 
 		to->normal_x[i] = wanted ? n.x : to->normal_x[i];

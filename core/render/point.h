@@ -25,7 +25,22 @@ struct pen_points {
 	uint32_t kind[PEN_LANES];     /* enum pen_kind */
 	uint32_t light[PEN_LANES];    /* of a light: its index */
 	uint32_t backside[PEN_LANES]; /* all ones where the ray came from behind the surface */
-	uint32_t kinds;		      /* of all lanes together */
+	uint32_t kinds; /* of all lanes together, with PEN_KIND_DETAILED and PEN_KIND_GLOWING */
+	/* The rest is there where pen_detail_find put it: light that the surface sends out, */
+	_Alignas(64) float glow_red[PEN_LANES];
+	float glow_green[PEN_LANES];
+	float glow_blue[PEN_LANES];
+	/* and what principled is made of, see core/render/principled.h. */
+	float f0[PEN_LANES];
+	float metallic[PEN_LANES];
+	float transmission[PEN_LANES];
+	float albedo[PEN_LANES];
+	float coat[PEN_LANES];
+	float coat_alpha[PEN_LANES];
+	float coat_x[PEN_LANES];
+	float coat_y[PEN_LANES];
+	float coat_z[PEN_LANES];
+	uint32_t solid[PEN_LANES];
 };
 
 /*

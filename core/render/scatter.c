@@ -2,8 +2,10 @@
 #include "core/render/scatter.h"
 
 #include "core/render/bsdf.h"
+#include "core/render/detail.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* Whitted's branches below this throughput are not followed. */
 #define WHITTED_THROUGHPUT_MIN 1e-5f
@@ -18,6 +20,10 @@ struct outgoing {
 	float z[PEN_LANES];
 	float weight[PEN_LANES]; /* 0: the path ends */
 	float pdf[PEN_LANES];
+	const float *red, *green, *blue; /* color of the weight: the points' or the tint */
+	float tint_red[PEN_LANES];
+	float tint_green[PEN_LANES];
+	float tint_blue[PEN_LANES];
 };
 
 static struct pen_vec3 normal_of(const struct pen_points *points, int lane)
@@ -97,6 +103,63 @@ static void scatter_frosted(const struct pen_rays *rays, const struct pen_points
 				towards_origin(rays, i), u[i], v[i], choice[i]));
 }
 
+/*
+ * The cone of what a sample sees goes on, wider by the sample's share of the lobe, whose solid
+ * angle is about 1 / pdf. Curvature is left out: the footprint is then too small, which costs
+ * samples and changes no mean.
+ */
+static void carry_cone(const struct pen_path_queue *queue, const struct pen_paths *from,
+	const struct outgoing *out, int lane, struct pen_paths *to, uint32_t i)
+{
+	const float pdf = out->pdf[lane];
+	const float lobe = pdf > 0.0f ? sqrtf(PEN_INV_PI / pdf) : 0.0f;
+
+	to->width[i] = from->width[lane] + from->spread[lane] * from->packet.rays.tfar[lane];
+	to->spread[i] = pen_min(from->spread[lane] + queue->sample_share * lobe, 1.0f);
+}
+
+static void set_tint(struct outgoing *to, const struct pen_points *points)
+{
+	memcpy(to->tint_red, points->red, sizeof to->tint_red);
+	memcpy(to->tint_green, points->green, sizeof to->tint_green);
+	memcpy(to->tint_blue, points->blue, sizeof to->tint_blue);
+	to->red = to->tint_red;
+	to->green = to->tint_green;
+	to->blue = to->tint_blue;
+}
+
+static void scatter_principled(const struct pen_rays *rays, const struct pen_points *points,
+	enum pen_integrator_type type, const float *u, const float *v, const float *choice,
+	struct outgoing *to)
+{
+	const bool is_path = type == PEN_INTEGRATOR_PATH;
+	const float diffuse_max = pen_diffuse_chance_max(type);
+
+	set_tint(to, points);
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_principled p = pen_detail_principled(points, i);
+		const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
+		const struct pen_principled_chances chances =
+			pen_principled_chances(&p, n, wo, diffuse_max);
+		const struct pen_vec3 wi =
+			pen_principled_sample(&p, &chances, n, wo, u[i], v[i], choice[i], is_path);
+		const int is_lost = wi.x == 0.0f && wi.y == 0.0f && wi.z == 0.0f;
+		const struct pen_principled_value value = pen_principled_eval(&p, n, wo, wi);
+		const float pdf = pen_principled_pdf(&value, &chances, is_path);
+		const struct pen_vec3 sum =
+			pen_madd(value.others, is_path ? 1.0f : 0.0f, value.diffuse);
+		const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
+		const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
+		const int goes_on = !is_lost & (pdf > 0.0f);
+
+		choose(to, i, wanted, (struct pen_lobe){wi, goes_on ? brightest / pdf : 0.0f, pdf});
+		to->tint_red[i] = wanted ? sum.x / brightest : to->tint_red[i];
+		to->tint_green[i] = wanted ? sum.y / brightest : to->tint_green[i];
+		to->tint_blue[i] = wanted ? sum.z / brightest : to->tint_blue[i];
+	}
+}
+
 static void append(struct pen_path_queue *queue, const struct pen_paths *from,
 	const struct pen_points *points, const struct outgoing *out, int lane, float weight)
 {
@@ -117,13 +180,15 @@ static void append(struct pen_path_queue *queue, const struct pen_paths *from,
 	rays->direction_z[i] = d.z;
 	rays->time[i] = from->packet.rays.time[lane];
 	rays->tfar[i] = INFINITY;
-	to->red[i] = from->red[lane] * points->red[lane] * weight;
-	to->green[i] = from->green[lane] * points->green[lane] * weight;
-	to->blue[i] = from->blue[lane] * points->blue[lane] * weight;
+	to->red[i] = from->red[lane] * out->red[lane] * weight;
+	to->green[i] = from->green[lane] * out->green[lane] * weight;
+	to->blue[i] = from->blue[lane] * out->blue[lane] * weight;
 	to->lobe_pdf[i] = out->pdf[lane];
 	to->slot[i] = from->slot[lane];
 	to->key[i] = from->key[lane];
 	to->index[i] = from->index[lane];
+	if (queue->has_cones)
+		carry_cone(queue, from, out, lane, to, i);
 }
 
 void pen_path_queue_close(struct pen_path_queue *queue)
@@ -153,9 +218,12 @@ static void sample_lobes(const struct pen_pass *pass, const struct pen_paths *pa
 	_Alignas(64) float unused[PEN_LANES];
 
 	end_all(out);
+	out->red = points->red;
+	out->green = points->green;
+	out->blue = points->blue;
 	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LOBE), PEN_LANES,
 		paths->key, paths->index, u, v);
-	if (points->kinds & (PEN_KIND_CLEAR | PEN_KIND_FROSTED))
+	if (points->kinds & (PEN_KIND_CLEAR | PEN_KIND_FROSTED | PEN_KIND_PRINCIPLED))
 		pen_sampler_pairs(pass->sampler,
 			pen_sample_group(pass->depth, PEN_SLOT_LOBE_CHOICE), PEN_LANES, paths->key,
 			paths->index, choice, unused);
@@ -169,6 +237,9 @@ static void sample_lobes(const struct pen_pass *pass, const struct pen_paths *pa
 		scatter_clear(rays, points, choice, out);
 	if (points->kinds & PEN_KIND_FROSTED)
 		scatter_frosted(rays, points, u, v, choice, out);
+	if (points->kinds & PEN_KIND_PRINCIPLED)
+		scatter_principled(
+			rays, points, pass->scene->desc->integrator.type, u, v, choice, out);
 }
 
 /*
@@ -232,6 +303,53 @@ static bool is_worth_following(const struct pen_paths *paths, int lane, float we
 	return brightest * weight >= WHITTED_THROUGHPUT_MIN;
 }
 
+static void append_branch(const struct pen_paths *paths, const struct pen_points *points, int lane,
+	struct pen_vec3 direction, float share, struct outgoing *out, struct pen_path_queue *queue)
+{
+	if (!is_worth_following(paths, lane, share))
+		return;
+	choose(out, lane, 1, (struct pen_lobe){.direction = direction});
+	append(queue, paths, points, out, lane, share);
+}
+
+/* The same in colour. */
+static void append_tinted(const struct pen_paths *paths, const struct pen_points *points, int lane,
+	struct pen_vec3 direction, struct pen_vec3 share, struct pen_path_queue *queue)
+{
+	const float brightest = pen_max(pen_brightest(share), PEN_TINY);
+	struct outgoing out;
+
+	out.red = out.tint_red;
+	out.green = out.tint_green;
+	out.blue = out.tint_blue;
+	out.tint_red[lane] = share.x / brightest;
+	out.tint_green[lane] = share.y / brightest;
+	out.tint_blue[lane] = share.z / brightest;
+	append_branch(paths, points, lane, direction, brightest, &out, queue);
+}
+
+/* principled as if it were smooth: what it reflects, and what it lets through. */
+static void branch_principled(const struct pen_paths *paths, const struct pen_points *points,
+	int lane, struct pen_path_queue *queue)
+{
+	const struct pen_principled p = pen_detail_principled(points, lane);
+	const struct pen_vec3 n = normal_of(points, lane);
+	const struct pen_vec3 wo = towards_origin(&paths->packet.rays, lane);
+	const float c = pen_max(pen_dot(wo, n), 0.0f);
+	const float fresnel = pen_principled_fresnel(&p, c);
+	const float coat = pen_coat_share(&p, wo);
+	const float metal = (1.0f - coat) * p.metallic;
+	const float dielectric = (1.0f - coat) * (1.0f - p.metallic);
+	const float grazing = pen_schlick_weight(c);
+	const float white = coat + dielectric * fresnel + metal * grazing;
+	const float through = dielectric * p.transmission * (1.0f - fresnel);
+
+	append_tinted(paths, points, lane, pen_reflect(wo, n),
+		pen_madd(pen_vec3(white, white, white), metal * (1.0f - grazing), p.color), queue);
+	append_tinted(paths, points, lane, p.is_solid ? pen_refract(wo, n, p.eta) : pen_neg(wo),
+		pen_scale(p.color, through), queue);
+}
+
 /* Reflection, then refraction, each with its Fresnel share. */
 static void scatter_both(const struct pen_paths *paths, const struct pen_points *points,
 	uint32_t slot_end, struct pen_path_queue *queue)
@@ -247,16 +365,19 @@ static void scatter_both(const struct pen_paths *paths, const struct pen_points 
 				 : 1.0f;
 		struct outgoing out;
 
-		if (paths->slot[i] >= slot_end || !(is_clear || points->kind[i] == PEN_KIND_MIRROR))
+		if (paths->slot[i] >= slot_end)
 			continue;
-		choose(&out, i, 1, pen_mirror_sample(n, wo));
-		if (is_worth_following(paths, i, share))
-			append(queue, paths, points, &out, i, share);
-		if (!is_clear || !is_worth_following(paths, i, 1.0f - share))
+		out.red = points->red;
+		out.green = points->green;
+		out.blue = points->blue;
+		if (points->kind[i] == PEN_KIND_PRINCIPLED)
+			branch_principled(paths, points, i, queue);
+		if (!is_clear && points->kind[i] != PEN_KIND_MIRROR)
 			continue;
-		choose(&out, i, 1,
-			(struct pen_lobe){.direction = pen_refract(wo, n, points->eta[i])});
-		append(queue, paths, points, &out, i, 1.0f - share);
+		append_branch(paths, points, i, pen_reflect(wo, n), share, &out, queue);
+		if (is_clear)
+			append_branch(paths, points, i, pen_refract(wo, n, points->eta[i]),
+				1.0f - share, &out, queue);
 	}
 }
 
@@ -266,7 +387,8 @@ void pen_scatter(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_integrator_desc *integrator = &pass->scene->desc->integrator;
 	const bool is_path = integrator->type == PEN_INTEGRATOR_PATH;
 	const uint32_t going_on = PEN_KIND_MIRROR | PEN_KIND_GLOSSY | PEN_KIND_CLEAR |
-				  PEN_KIND_FROSTED | (is_path ? PEN_KIND_MATTE : 0u);
+				  PEN_KIND_FROSTED | PEN_KIND_PRINCIPLED |
+				  (is_path ? PEN_KIND_MATTE : 0u);
 
 	if ((points->kinds & going_on) == 0)
 		return;

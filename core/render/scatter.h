@@ -9,6 +9,8 @@
 struct pen_path_queue {
 	struct pen_paths *packets;
 	uint32_t count, capacity; /* paths */
+	bool has_cones;		  /* paths know what a sample sees */
+	float sample_share;	  /* of a lobe, see struct pen_render_scene */
 };
 
 /* Parks the free lanes of the last packet. */

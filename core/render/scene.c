@@ -1,57 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/scene.h"
 
-#include "core/render/bsdf.h"
 #include "core/render/camera_place.h"
 #include "core/render/isa.h"
 #include "core/render/light_place.h"
+#include "core/render/surfaces.h"
 
 #include <stdlib.h>
-
-static uint32_t kind_of(const struct pen_material_desc *material, bool is_whitted)
-{
-	const float alpha = is_whitted ? 0.0f : (float)(material->roughness * material->roughness);
-
-	switch (material->type) {
-	case PEN_MATERIAL_MATTE: return PEN_KIND_MATTE;
-	case PEN_MATERIAL_GLOSSY: return alpha < PEN_ALPHA_MIN ? PEN_KIND_MIRROR : PEN_KIND_GLOSSY;
-	case PEN_MATERIAL_GLASS:
-		return pen_glass_is_smooth(alpha, (float)material->ior) ? PEN_KIND_CLEAR
-									: PEN_KIND_FROSTED;
-	case PEN_MATERIAL_PRINCIPLED: break; /* the parser does not offer it yet */
-	}
-	return PEN_KIND_NOTHING;
-}
-
-static struct pen_surface surface_of_material(
-	const struct pen_material_desc *material, bool is_whitted)
-{
-	return (struct pen_surface){
-		.kind = kind_of(material, is_whitted),
-		.red = (float)material->color[0],
-		.green = (float)material->color[1],
-		.blue = (float)material->color[2],
-		.alpha = (float)(material->roughness * material->roughness),
-		.ior = (float)material->ior,
-	};
-}
-
-static int create_surfaces(struct pen_render_scene *scene, struct pen_error *err)
-{
-	const struct pen_scene *desc = scene->desc;
-	const bool is_whitted = desc->integrator.type == PEN_INTEGRATOR_WHITTED;
-	struct pen_surface *to = calloc(desc->material_count + desc->light_count + 1ul, sizeof *to);
-
-	if (!to)
-		return pen_error_memory(err);
-	scene->surfaces = to;
-	for (uint32_t i = 0; i < desc->material_count; i++)
-		*to++ = surface_of_material(&desc->materials[i], is_whitted);
-	for (uint32_t i = 0; i < desc->light_count; i++)
-		*to++ = (struct pen_surface){.kind = PEN_KIND_LIGHT, .light = i};
-	to->kind = PEN_KIND_NOTHING;
-	return 0;
-}
 
 static struct pen_target target_of(const struct pen_geometry *geometry, uint32_t index)
 {
@@ -161,7 +116,7 @@ int pen_render_kernel(enum pen_isa isa, const struct pen_kernel **ret_kernel, st
 /* Everything that is made from the geometry and what traces it. */
 static int create_tables(struct pen_render_scene *scene, struct pen_error *err)
 {
-	int r = create_surfaces(scene, err);
+	int r = pen_surfaces_create(scene, err);
 
 	if (r == 0)
 		r = create_targets(scene, err);
@@ -255,7 +210,7 @@ void pen_render_scene_destroy(struct pen_render_scene *scene)
 	pen_light_choice_finish(&scene->choice);
 	free(scene->lights);
 	free(scene->targets);
-	free(scene->surfaces);
+	pen_surfaces_destroy(scene);
 	pen_trace_destroy(scene->trace);
 	if (!scene->is_of_shot)
 		pen_geometry_finish(&scene->geometry);

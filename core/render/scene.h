@@ -2,12 +2,14 @@
 #ifndef PEN_RENDER_SCENE_H
 #define PEN_RENDER_SCENE_H
 
+#include "core/render/albedo.h"
 #include "core/render/camera.h"
 #include "core/render/filter.h"
 #include "core/render/geometry.h"
 #include "core/render/kernel.h"
 #include "core/render/light.h"
 #include "core/render/light_choice.h"
+#include "core/render/material.h"
 #include "core/render/render.h"
 #include "core/render/trace.h"
 
@@ -22,7 +24,12 @@ enum pen_kind {
 	PEN_KIND_MIRROR = 1 << 3, /* glossy of roughness 0 */
 	PEN_KIND_GLOSSY = 1 << 4,
 	PEN_KIND_CLEAR = 1 << 5, /* glass of roughness 0 */
-	PEN_KIND_FROSTED = 1 << 6
+	PEN_KIND_FROSTED = 1 << 6,
+	PEN_KIND_PRINCIPLED = 1 << 7,
+	PEN_KIND_UNLIT = 1 << 8, /* glows and ends the path */
+	/* Beside one of the above, in kinds alone. */
+	PEN_KIND_DETAILED = 1 << 16, /* to be completed by pen_detail_find */
+	PEN_KIND_GLOWING = 1 << 17   /* may send out light of its own */
 };
 
 /* Materials, then lights, then what rays hit that hit nothing. */
@@ -31,7 +38,7 @@ struct pen_surface {
 	uint32_t light; /* index, of a light */
 	float red, green, blue;
 	float alpha, ior;
-	float unused;
+	uint32_t kinds; /* kind and what comes with it */
 };
 
 /* How the hit point is found. Bits, as above. */
@@ -61,6 +68,11 @@ struct pen_render_scene {
 	struct pen_trace *trace;
 	struct pen_target *targets; /* one a shape, and one more */
 	struct pen_surface *surfaces;
+	struct pen_material *materials; /* in the order of the first surfaces */
+	bool *solids;			/* of each shape: closed, so that light may go into it */
+	struct pen_albedo *albedo;	/* NULL without principled materials */
+	bool has_textures;
+	float sample_share; /* of a pixel's or a lobe's width that a sample stands for */
 	struct pen_camera camera;
 	struct pen_filter filter;
 	struct pen_light *lights;

@@ -2,6 +2,7 @@
 #include "core/render/wavefront.h"
 
 #include "core/base/limits.h"
+#include "core/render/detail.h"
 #include "core/render/direct.h"
 #include "core/render/generate.h"
 #include "core/render/point.h"
@@ -97,9 +98,11 @@ static void step_packet(
 
 	pass->rays_dropped += pen_trace_closest(scene->trace, pass->is_coherent, &paths->packet);
 	pen_points_find(scene, &paths->packet, &points);
+	if (points.kinds & PEN_KIND_DETAILED)
+		pen_detail_find(pass, paths, &points);
 	if (pass->depth == 0 && has_firsts(&wavefront->film))
 		keep_firsts(wavefront, paths, &points);
-	if (points.kinds & (PEN_KIND_NOTHING | PEN_KIND_LIGHT))
+	if (points.kinds & (PEN_KIND_NOTHING | PEN_KIND_LIGHT | PEN_KIND_GLOWING))
 		pen_direct_seen(pass, paths, &points, &sum);
 	/* From max_depth a path still looks where its lobe leads, but only for light. */
 	if (pass->depth <= scene->desc->integrator.max_depth) {

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_SURFACES_H
+#define PEN_RENDER_SURFACES_H
+
+#include "core/render/scene.h"
+
+/*
+ * Makes a scene's surfaces and what shading needs of their materials. The geometry and the pictures
+ * must be there. PEN_ENOMEM.
+ */
+int pen_surfaces_create(struct pen_render_scene *scene, struct pen_error *err);
+void pen_surfaces_destroy(struct pen_render_scene *scene);
+
+#endif
