@@ -31,7 +31,7 @@ enum pen_frame_type {
 	PEN_FRAME_REFUSE,
 	PEN_FRAME_SCENE_GET,
 	PEN_FRAME_SCENE_DATA, /* with payload */
-	PEN_FRAME_LEASE,
+	PEN_FRAME_LEASE,      /* with payload, or without */
 	PEN_FRAME_REVOKE,
 	PEN_FRAME_RESULT, /* with payload */
 	PEN_FRAME_FAILURE,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "proto/msg.h"
 
+#include "core/base/mask.h"
 #include "proto/penumbra.pb-c.h"
 
 #include <assert.h>
@@ -213,6 +214,22 @@ static int check_lease(const struct pen_msg_lease *lease, struct pen_error *err)
 	return r;
 }
 
+/* The payload of a lease: nothing, or a bit for each pixel of the tile and none besides. */
+static int check_mask(const struct pen_msg *msg, struct pen_error *err)
+{
+	const struct pen_rect rect = msg->u.lease.rect;
+	const uint8_t *mask = msg->payload;
+	const unsigned used = pen_rect_area(rect) % 8;
+
+	if (msg->payload_size == 0)
+		return 0;
+	if (msg->payload_size != pen_mask_bytes(rect))
+		return pen_error_set(err, PEN_EPROTOCOL, "a mask of %zu bytes", msg->payload_size);
+	if (used != 0 && mask[msg->payload_size - 1] >> used != 0)
+		return pen_error_set(err, PEN_EPROTOCOL, "a mask of more pixels than the tile has");
+	return 0;
+}
+
 static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
 {
 	const Pen__Wire__Lease *lease = &wire->lease;
@@ -230,9 +247,12 @@ static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_er
 		.sample_end = lease->sample_end,
 		.deadline_ms = lease->deadline_ms,
 		.channels = lease->channels,
+		.at_centre = lease->at_centre,
 	};
 	r = read_sha256(&lease->scene_sha256, &msg->u.lease.scene_sha256, err);
-	return r < 0 ? r : check_lease(&msg->u.lease, err);
+	if (r == 0)
+		r = check_lease(&msg->u.lease, err);
+	return r < 0 ? r : check_mask(msg, err);
 }
 
 static int read_revoke(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
@@ -387,6 +407,7 @@ static void write_lease(const struct pen_msg *msg, union wire *wire)
 	wire->lease.scene_sha256 = bytes_of(&lease->scene_sha256);
 	wire->lease.deadline_ms = lease->deadline_ms;
 	wire->lease.channels = lease->channels;
+	wire->lease.at_centre = lease->at_centre;
 }
 
 static void write_revoke(const struct pen_msg *msg, union wire *wire)

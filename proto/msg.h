@@ -56,6 +56,7 @@ struct pen_msg_lease {
 	uint32_t sample_first, sample_end;
 	struct pen_sha256 scene_sha256;
 	uint32_t deadline_ms;
+	bool at_centre;	   /* samples go through the pixels' centres */
 	uint32_t channels; /* PEN_CHANNELS_MIN .. PEN_CHANNELS_MAX */
 };
 
@@ -108,7 +109,7 @@ struct pen_msg {
 		struct pen_msg_failure failure;
 		struct pen_msg_heartbeat heartbeat;
 	} u;
-	const void *payload; /* of SCENE_DATA and RESULT */
+	const void *payload; /* of SCENE_DATA and RESULT; of LEASE: NULL or a mask of the tile */
 	size_t payload_size;
 };
 

@@ -3,6 +3,7 @@
 #define PEN_WORKER_CHANNEL_H
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/render/render.h"
 
 #include <assert.h>
@@ -42,10 +43,12 @@ static_assert(sizeof(struct pen_control) == 512, "no padding");
 /* pool to render process; the answer to each is one pen_answer. */
 struct pen_order {
 	uint64_t lease;
-	struct pen_unit unit;
-	uint32_t channels; /* of the scene's film */
+	struct pen_unit unit; /* its mask is the receiver's to set */
+	uint32_t channels;    /* of the scene's film */
+	uint32_t has_mask;    /* 0 or 1 */
+	uint8_t mask[PEN_MASK_BYTES_MAX];
 };
-static_assert(sizeof(struct pen_order) == 40, "no padding");
+static_assert(sizeof(struct pen_order) == 56 + PEN_MASK_BYTES_MAX, "no padding");
 
 /*
  * render process to pool. The first one, with lease 0, says that the process is ready, and for

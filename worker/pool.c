@@ -30,6 +30,8 @@ struct lease {
 	uint32_t slot;
 	int64_t end_ms; /* deadline, once it runs */
 	bool revoked;	/* nobody wants its result */
+	bool has_mask;
+	uint8_t mask[]; /* PEN_MASK_BYTES_MAX, or none */
 };
 
 TAILQ_HEAD(lease_list, lease);
@@ -109,12 +111,16 @@ static void turn_slot(struct pool *pool, struct pen_host *host, uint32_t frame)
 
 static bool start_unit(struct pool *pool, struct lease *lease, struct pen_host *host)
 {
-	const struct pen_order order = {
+	struct pen_order order = {
 		.lease = lease->msg.lease,
 		.unit = {lease->msg.rect, lease->msg.frame, lease->msg.sample_first,
-			lease->msg.sample_end},
+			lease->msg.sample_end, lease->msg.at_centre, NULL},
 		.channels = lease->msg.channels,
+		.has_mask = lease->has_mask,
 	};
+
+	if (lease->has_mask)
+		memcpy(order.mask, lease->mask, sizeof order.mask);
 
 	for (uint32_t i = 0; i < pool->config->processes; i++) {
 		if (!is_free(pool, host, i) || !pen_host_has_frame(host, i, order.unit.frame) ||
@@ -292,18 +298,23 @@ static const struct pen_cache_events cache_events = {
 
 /* What the coordinator says. */
 
-static void accept_lease(struct pool *pool, const struct pen_msg_lease *msg)
+static void accept_lease(struct pool *pool, const struct pen_msg *received)
 {
+	const struct pen_msg_lease *msg = &received->u.lease;
+	const bool has_mask = received->payload_size > 0;
 	struct lease *lease = NULL;
 
 	if (!pool->draining && msg->lease != 0 && pool->lease_count < PEN_LEASES_MAX)
-		lease = calloc(1, sizeof *lease);
+		lease = calloc(1, sizeof *lease + (has_mask ? PEN_MASK_BYTES_MAX : 0));
 	if (!lease) {
 		send_failure(pool, msg->lease, PEN_FAULT_RETURNED,
 			pool->draining ? "the worker is leaving" : "the worker is full");
 		return;
 	}
 	lease->msg = *msg;
+	lease->has_mask = has_mask;
+	if (has_mask)
+		memcpy(lease->mask, received->payload, received->payload_size);
 	TAILQ_INSERT_TAIL(&pool->leases, lease, link);
 	pool->lease_count++;
 	dispatch(pool);
@@ -329,7 +340,7 @@ static void handle_message(void *user, const struct pen_msg *msg)
 	struct lease *lease;
 
 	switch (msg->type) {
-	case PEN_FRAME_LEASE: accept_lease(pool, &msg->u.lease); break;
+	case PEN_FRAME_LEASE: accept_lease(pool, msg); break;
 	case PEN_FRAME_SCENE_DATA: pen_cache_receive(pool->cache, msg); break;
 	case PEN_FRAME_REVOKE:
 		lease = find_lease(pool, msg->u.revoke.lease);

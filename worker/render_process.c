@@ -70,9 +70,11 @@ static void serve(struct render_process *self, int channel)
 
 	pen_render_shot_ready(self->shot, &answer.frame_first, &answer.frame_end);
 	while (write(channel, &answer, sizeof answer) == sizeof answer &&
-		read(channel, &order, sizeof order) == sizeof order)
+		read(channel, &order, sizeof order) == sizeof order) {
+		order.unit.mask = order.has_mask ? order.mask : NULL;
 		if (!render(self, &order, &answer))
 			return;
+	}
 }
 
 void pen_render_process_run(const struct pen_worker_config *config,

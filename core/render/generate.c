@@ -21,6 +21,10 @@ static void generate(const struct pen_pass *pass, const struct pen_camera_sample
 	_Alignas(64) float dy[PEN_LANES];
 
 	pen_filter_sample(&scene->filter, PEN_LANES, samples->x, samples->y, dx, dy, ret->red);
+	for (int i = 0; i < PEN_LANES && pass->at_centre; i++) {
+		dx[i] = dy[i] = 0.0f;
+		ret->red[i] = 1.0f;
+	}
 	if (is_whitted)
 		memset(rays->time, 0, sizeof rays->time);
 	else
@@ -45,6 +49,7 @@ void pen_generate_block(
 	const struct pen_pass *pass, uint32_t x, uint32_t y, uint32_t first, struct pen_paths *ret)
 {
 	const uint32_t key = pen_sampler_key(pass->sampler, x, y);
+	const uint32_t share = pen_sampler_share(pass->sampler, x, y);
 	struct pen_camera_samples samples;
 	_Alignas(64) float film_x[PEN_LANES];
 	_Alignas(64) float film_y[PEN_LANES];
@@ -54,7 +59,7 @@ void pen_generate_block(
 		film_x[i] = (float)x;
 		film_y[i] = (float)y;
 		ret->key[i] = key;
-		ret->index[i] = first + i;
+		ret->index[i] = share + first + i;
 	}
 	generate(pass, &samples, film_x, film_y, ret);
 }
@@ -73,7 +78,7 @@ void pen_generate_grid(
 		film_x[i] = (float)pixel_x;
 		film_y[i] = (float)pixel_y;
 		ret->key[i] = pen_sampler_key(pass->sampler, pixel_x, pixel_y);
-		ret->index[i] = index;
+		ret->index[i] = pen_sampler_share(pass->sampler, pixel_x, pixel_y) + index;
 	}
 	generate(pass, &samples, film_x, film_y, ret);
 }

@@ -36,6 +36,7 @@ struct pen_pass {
 	const struct pen_render_scene *scene;
 	const struct pen_sampler *sampler;
 	uint32_t depth;	  /* scattering events behind the rays: 0 for camera rays */
+	bool at_centre;	  /* camera rays pass through the pixels' centres */
 	bool is_coherent; /* camera packets of canonical composition, and what derives from them */
 	uint64_t rays;	  /* lanes traced */
 	uint64_t rays_dropped;

@@ -66,6 +66,8 @@ struct pen_unit {
 	struct pen_rect rect;
 	uint32_t frame;
 	uint32_t sample_first, sample_end;
+	uint32_t at_centre;  /* 1: through the pixels' centres, whatever the filter */
+	const uint8_t *mask; /* pixels that are rendered, see core/base/mask.h; NULL: all */
 };
 
 struct pen_render_stats {
@@ -87,10 +89,10 @@ void pen_renderer_set_scene(struct pen_renderer *renderer, const struct pen_rend
 
 /*
  * Renders a unit, which is of the scene's frame. ret_pixels: the scene's film (pen_scene_film), row
- * by row of unit->rect, overwritten: sums over the unit's samples and their count. A pixel's
- * samples are summed in index order in blocks of 16 aligned to absolute indices, blocks in order,
- * all in float32. ret_stats and progress (samples finished so far, raised as they finish) may be
- * NULL.
+ * by row of unit->rect, overwritten: sums over the unit's samples and their count; zeros where the
+ * mask has none. A pixel's samples are summed in index order in blocks of 16 aligned to absolute
+ * indices, blocks in order, all in float32. ret_stats and progress (samples finished so far, raised
+ * as they finish) may be NULL.
  */
 void pen_renderer_unit(struct pen_renderer *renderer, const struct pen_unit *unit,
 	float *ret_pixels, struct pen_render_stats *ret_stats, _Atomic uint64_t *progress);

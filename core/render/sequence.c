@@ -15,16 +15,21 @@ _Static_assert(PEN_IMAGE_SIDE_MAX <= 1u << 16, "a pixel's key holds two halves o
 void pen_sampler_init(
 	struct pen_sampler *sampler, const struct pen_sampling_desc *desc, uint32_t frame)
 {
-	uint32_t columns = 1;
+	uint32_t columns = 1, share = 16;
 
 	while (columns * columns < desc->samples)
 		columns++;
+	while (share < desc->samples)
+		share *= 2;
 	*sampler = (struct pen_sampler){
 		.sequence = desc->sequence,
 		.key = pen_hash(pen_hash(desc->seed) + frame),
 		.columns = columns,
 		.rows = (desc->samples + columns - 1) / columns,
 		.samples = desc->samples,
+		.pattern = desc->mode == PEN_SAMPLING_INTERLEAVED ? desc->pattern : 0,
+		.share = share,
+		.shares = (1u << PEN_SOBOL_BITS) / share,
 	};
 	pen_sobol_init(&sampler->sobol);
 }
@@ -161,6 +166,7 @@ void pen_sampler_block(const struct pen_sampler *sampler, uint32_t x, uint32_t y
 			baseline_camera(sampler, key, first + lane, lane, ret_samples);
 		return;
 	}
+	first += pen_sampler_share(sampler, x, y);
 	sobol_block(&sampler->sobol, key, first, 0, ret_samples->x);
 	sobol_block(&sampler->sobol, key, first, 1, ret_samples->y);
 	sobol_block(&sampler->sobol, key, first, 2, ret_samples->u);
@@ -168,6 +174,7 @@ void pen_sampler_block(const struct pen_sampler *sampler, uint32_t x, uint32_t y
 	sobol_block(&sampler->sobol, key, first, 4, ret_samples->time);
 }
 
+/* All pixels' samples have the same index. */
 static void sobol_grid(const struct pen_sobol *sobol, const uint32_t key[16], uint32_t index,
 	uint32_t d, float ret_values[16])
 {
@@ -176,6 +183,23 @@ static void sobol_grid(const struct pen_sobol *sobol, const uint32_t key[16], ui
 #pragma omp simd
 	for (uint32_t lane = 0; lane < 16; lane++)
 		ret_values[lane] = owen_float(value, camera_seed(key[lane], d));
+}
+
+/* The pixels' samples have indices of their own. */
+static void interleaved_grid(const struct pen_sampler *sampler, const uint32_t key[16], uint32_t x,
+	uint32_t y, uint32_t index, struct pen_camera_samples *ret_samples)
+{
+	float *values[PEN_SOBOL_DIMENSIONS] = {
+		ret_samples->x, ret_samples->y, ret_samples->u, ret_samples->v, ret_samples->time};
+
+	for (uint32_t d = 0; d < PEN_SOBOL_DIMENSIONS; d++)
+		for (uint32_t lane = 0; lane < 16; lane++) {
+			const uint32_t own =
+				index + pen_sampler_share(sampler, x + lane % 4, y + lane / 4);
+
+			values[d][lane] = owen_float(pen_sobol_reversed(&sampler->sobol, d, own),
+				camera_seed(key[lane], d));
+		}
 }
 
 void pen_sampler_grid(const struct pen_sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
@@ -189,6 +213,10 @@ void pen_sampler_grid(const struct pen_sampler *sampler, uint32_t x, uint32_t y,
 	if (sampler->sequence != PEN_SEQUENCE_SOBOL) {
 		for (uint32_t lane = 0; lane < 16; lane++)
 			baseline_camera(sampler, key[lane], index, lane, ret_samples);
+		return;
+	}
+	if (sampler->pattern != 0) {
+		interleaved_grid(sampler, key, x, y, index, ret_samples);
 		return;
 	}
 	sobol_grid(&sampler->sobol, key, index, 0, ret_samples->x);

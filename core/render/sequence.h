@@ -23,16 +23,41 @@ struct pen_sampler {
 	uint32_t key;
 	uint32_t columns, rows; /* of the jittered grid */
 	uint32_t samples;
+	uint32_t pattern; /* side of the block of interleaved sampling; 0: every pixel its own */
+	uint32_t share;	  /* indices of each of its pixels, a power of two */
+	uint32_t shares;  /* that one pattern has; a power of two */
 	struct pen_sobol sobol;
 };
 
 void pen_sampler_init(
 	struct pen_sampler *sampler, const struct pen_sampling_desc *desc, uint32_t frame);
 
-/* What separates the pixels; x and y below 2^16. Different pixels have different keys. */
+/*
+ * What separates the pixels; x and y below 2^16. Different pixels have different keys, but for
+ * interleaved sampling (Keller, Heidrich 2001): there the pixels of a square block of `pattern`
+ * pixels have a pattern of their own each, and all blocks have the same. Of sobol's these are
+ * shares of one pattern: the pixels have one key, and each has its own aligned range of indices,
+ * so that they are stratified among themselves, too.
+ */
 static inline uint32_t pen_sampler_key(const struct pen_sampler *sampler, uint32_t x, uint32_t y)
 {
-	return pen_hash(sampler->key ^ (y << 16 | x));
+	const uint32_t side = sampler->pattern;
+
+	if (side == 0)
+		return pen_hash(sampler->key ^ (y << 16 | x));
+	if (sampler->sequence != PEN_SEQUENCE_SOBOL)
+		return pen_hash(sampler->key ^ (y % side << 16 | x % side));
+	return pen_hash(sampler->key ^ (y % side * side + x % side) / sampler->shares);
+}
+
+/* The index of the pixel's first sample. */
+static inline uint32_t pen_sampler_share(const struct pen_sampler *sampler, uint32_t x, uint32_t y)
+{
+	const uint32_t side = sampler->pattern;
+
+	if (side == 0 || sampler->sequence != PEN_SEQUENCE_SOBOL)
+		return 0;
+	return (y % side * side + x % side) % sampler->shares * sampler->share;
 }
 
 /* The camera's five dimensions of sixteen samples, all in [0, 1). */

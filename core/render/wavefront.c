@@ -2,6 +2,7 @@
 #include "core/render/wavefront.h"
 
 #include "core/base/limits.h"
+#include "core/base/mask.h"
 #include "core/render/detail.h"
 #include "core/render/direct.h"
 #include "core/render/generate.h"
@@ -202,9 +203,15 @@ static void add_pixel(struct progress *p, const struct task *task, uint32_t x, u
 		add_firsts(p, task, place, stride, pixel);
 }
 
-static bool is_within(struct pen_rect rect, uint32_t x, uint32_t y)
+/* Whether the unit is to render the pixel. */
+static bool is_asked_for(const struct pen_unit *unit, uint32_t x, uint32_t y)
 {
-	return x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1;
+	const struct pen_rect rect = unit->rect;
+
+	return x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1 &&
+	       (!unit->mask ||
+		       pen_mask_has(unit->mask,
+			       (size_t)(y - rect.y0) * pen_rect_width(rect) + (x - rect.x0)));
 }
 
 static void add_task(struct progress *p, const struct task *task)
@@ -214,7 +221,7 @@ static void add_task(struct progress *p, const struct task *task)
 		return;
 	}
 	for (uint32_t i = 0; i < PEN_LANES; i++)
-		if (is_within(p->unit->rect, task->x + i % 4, task->y + i / 4))
+		if (is_asked_for(p->unit, task->x + i % 4, task->y + i / 4))
 			add_pixel(p, task, task->x + i % 4, task->y + i / 4);
 }
 
@@ -234,18 +241,18 @@ static void finish_batch(struct progress *p)
 static void generate_packet(
 	struct progress *p, const struct pen_pass *pass, const struct task *task, uint32_t sample)
 {
-	const struct pen_rect rect = p->unit->rect;
 	const uint32_t packet = p->packet_count++;
+	const uint32_t block = task->first & ~15u;
 	struct pen_paths *to = &p->wavefront->now.packets[packet];
 
 	if (task->is_grid)
 		pen_generate_grid(pass, task->x, task->y, sample, to);
 	else
-		pen_generate_block(pass, task->x, task->y, task->first & ~15u, to);
+		pen_generate_block(pass, task->x, task->y, block, to);
 	for (uint32_t i = 0; i < PEN_LANES; i++) {
 		const bool is_wanted =
-			task->is_grid ? is_within(rect, task->x + i % 4, task->y + i / 4)
-				      : to->index[i] >= task->first && to->index[i] < task->end;
+			task->is_grid ? is_asked_for(p->unit, task->x + i % 4, task->y + i / 4)
+				      : block + i >= task->first && block + i < task->end;
 
 		to->slot[i] = is_wanted ? packet * PEN_LANES + i : dropped_slot(p->wavefront);
 	}
@@ -256,6 +263,7 @@ static void add_to_batch(struct progress *p, struct task task)
 	const struct pen_pass pass = {
 		.scene = p->wavefront->scene,
 		.sampler = &p->wavefront->sampler,
+		.at_centre = p->unit->at_centre != 0,
 	};
 	const uint32_t packets = task.is_grid ? task.end - task.first : 1;
 
@@ -267,6 +275,14 @@ static void add_to_batch(struct progress *p, struct task task)
 		generate_packet(p, &pass, &task, task.first + i);
 }
 
+static bool is_worth_a_task(const struct pen_unit *unit, uint32_t x, uint32_t y, uint32_t step)
+{
+	for (uint32_t i = 0; i < step * step; i++)
+		if (is_asked_for(unit, x + i % step, y + i / step))
+			return true;
+	return false;
+}
+
 /* All pixels' share of one block of samples. */
 static void render_block(struct progress *p, uint32_t first, uint32_t end)
 {
@@ -275,7 +291,9 @@ static void render_block(struct progress *p, uint32_t first, uint32_t end)
 	const uint32_t step = is_grid ? 4 : 1;
 
 	for (uint32_t y = rect.y0 & ~(step - 1); y < rect.y1; y += step)
-		for (uint32_t x = rect.x0 & ~(step - 1); x < rect.x1; x += step)
+		for (uint32_t x = rect.x0 & ~(step - 1); x < rect.x1; x += step) {
+			if (p->unit->mask && !is_worth_a_task(p->unit, x, y, step))
+				continue;
 			add_to_batch(p, (struct task){
 						.x = x,
 						.y = y,
@@ -283,6 +301,7 @@ static void render_block(struct progress *p, uint32_t first, uint32_t end)
 						.end = end,
 						.is_grid = is_grid,
 					});
+		}
 }
 
 static void prepare_sampler(struct pen_wavefront *wavefront, uint32_t frame)

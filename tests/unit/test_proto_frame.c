@@ -182,6 +182,7 @@ static void test_caps(void **state)
 		size_t control_max = pen_frame_control_max(t);
 		size_t payload_max = t == PEN_FRAME_SCENE_DATA ? PEN_FRAME_PAYLOAD_MAX
 				     : t == PEN_FRAME_RESULT   ? PEN_TILE_BYTES_MAX
+				     : t == PEN_FRAME_LEASE    ? PEN_MASK_BYTES_MAX
 							       : 0;
 
 		assert_true(control_max <= PEN_FRAME_CONTROL_MAX);

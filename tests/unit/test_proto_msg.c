@@ -351,6 +351,32 @@ static void test_text(void **state)
 	}
 }
 
+/* Fails when a lease gets through with a mask that is no mask of its tile. */
+static void test_lease_mask(void **state)
+{
+	uint8_t mask[8] = {0xff, 0, 0, 0, 0, 0, 0, 0x07};
+	struct pen_msg msg = lease(), got;
+
+	(void)state;
+	msg.u.lease.rect = (struct pen_rect){16, 32, 33, 35};
+	msg.u.lease.at_centre = true;
+	msg.payload = mask;
+	msg.payload_size = 7;
+	expect_pass(&msg, &got);
+	assert_true(got.u.lease.at_centre);
+	assert_int_equal(got.payload_size, 7);
+	assert_memory_equal(got.payload, mask, 7);
+	mask[6] = 0x07;
+	expect_pass(&msg, &got);
+	mask[6] = 0x08;
+	expect_refusal(&msg);
+	mask[6] = 0;
+	msg.payload_size = 6;
+	expect_refusal(&msg);
+	msg.payload_size = 8;
+	expect_refusal(&msg);
+}
+
 struct bound {
 	struct pen_rect rect;
 	uint32_t sample_first, sample_end, deadline_ms;
@@ -512,6 +538,7 @@ int main(void)
 		cmocka_unit_test(test_hello_bounds),
 		cmocka_unit_test(test_text),
 		cmocka_unit_test(test_lease_bounds),
+		cmocka_unit_test(test_lease_mask),
 		cmocka_unit_test(test_unknown_fields),
 		cmocka_unit_test(test_broken_control),
 		cmocka_unit_test(test_random_control),

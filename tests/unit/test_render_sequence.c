@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/limits.h"
 #include "core/render/sequence.h"
 
 #include <math.h>
@@ -148,6 +149,56 @@ static void pair_points(const struct pen_sampler *sampler, uint32_t group, uint3
 	pen_sampler_pairs(sampler, group, SAMPLES, key, index, ret_u, ret_v);
 }
 
+/* The camera points of sixteen samples of each pixel of a block are one net of 256 together. */
+static void check_shares(const struct pen_sampler *sampler)
+{
+	float u[SAMPLES], v[SAMPLES];
+
+	for (uint32_t i = 0; i < 16; i++) {
+		struct pen_camera_samples own, same;
+
+		pen_sampler_block(sampler, i % 4, i / 4, 0, &own);
+		pen_sampler_block(sampler, 40 + i % 4, 16 + i / 4, 0, &same);
+		assert_memory_equal(&own, &same, sizeof own);
+		memcpy(&u[16 * i], own.x, sizeof own.x);
+		memcpy(&v[16 * i], own.y, sizeof own.y);
+		assert_true(is_net(own.x, own.y, 16));
+	}
+	assert_true(is_net(u, v, SAMPLES));
+}
+
+/* Interleaved sampling that repeats a pixel's pattern within the block, or another over it. */
+static void interleaved_blocks_share_a_pattern(void **state)
+{
+	struct pen_sampling_desc desc = {.mode = PEN_SAMPLING_INTERLEAVED,
+		.pattern = 4,
+		.samples = 16,
+		.sequence = PEN_SEQUENCE_SOBOL};
+	struct pen_sampler sampler;
+	struct pen_camera_samples grid, block;
+
+	(void)state;
+	pen_sampler_init(&sampler, &desc, 1);
+	check_shares(&sampler);
+	for (desc.sequence = PEN_SEQUENCE_SOBOL; desc.sequence <= PEN_SEQUENCE_RANDOM;
+		desc.sequence++) {
+		desc.pattern = 3;
+		desc.samples = PEN_SAMPLES_MAX;
+		pen_sampler_init(&sampler, &desc, 1);
+		pen_sampler_grid(&sampler, 40, 8, 37, &grid);
+		for (uint32_t lane = 0; lane < 16; lane++) {
+			const uint32_t x = 40 + lane % 4, y = 8 + lane / 4;
+
+			pen_sampler_block(&sampler, x, y, 32, &block);
+			assert_true(grid.u[lane] == block.u[5]);
+			pen_sampler_block(&sampler, x + 3, y + 9, 32, &block);
+			assert_true(grid.u[lane] == block.u[5]);
+			pen_sampler_block(&sampler, x + 1, y, 32, &block);
+			assert_true(grid.u[lane] != block.u[5]);
+		}
+	}
+}
+
 /* An index shuffle that does not keep aligned blocks of 2^m together breaks the nets. */
 static void pairs_fill_elementary_intervals(void **state)
 {
@@ -242,6 +293,7 @@ int main(void)
 		cmocka_unit_test(camera_points_fill_elementary_intervals),
 		cmocka_unit_test(camera_points_are_joint),
 		cmocka_unit_test(grid_and_block_agree),
+		cmocka_unit_test(interleaved_blocks_share_a_pattern),
 		cmocka_unit_test(pairs_fill_elementary_intervals),
 		cmocka_unit_test(jittered_fills_cells),
 		cmocka_unit_test(jittered_takes_any_count),
