@@ -226,6 +226,7 @@ static uint32_t lanes_traced(const struct pen_rays *rays)
 static void test_and_gather(struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, const struct incoming *in, struct pen_gathered *sum)
 {
+	const struct pen_sieve sieve = {pass, paths->key, paths->index, true};
 	struct response response;
 	struct pen_rays shadow;
 	_Alignas(64) float factor[PEN_LANES];
@@ -234,7 +235,8 @@ static void test_and_gather(struct pen_pass *pass, const struct pen_paths *paths
 	if (!aim(&paths->packet.rays, points, in, &response, factor, &shadow))
 		return;
 	pass->rays += lanes_traced(&shadow);
-	pass->rays_dropped += pen_trace_occluded(pass->scene->trace, pass->is_coherent, &shadow);
+	pass->rays_dropped +=
+		pen_trace_occluded(pass->scene->trace, pass->is_coherent, &sieve, &shadow);
 	gather(paths, &response, in, factor, &shadow, sum);
 }
 

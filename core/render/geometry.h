@@ -38,6 +38,7 @@ struct pen_model {
 struct pen_shape {
 	uint32_t model;
 	uint32_t surface;
+	bool lets_pass; /* rays may find nothing there: see core/render/sieve.h */
 	uint32_t placement_first, placement_count; /* steps; 0: the model is in world coordinates */
 	float world[3][4];			   /* of a placement that stands still */
 };

@@ -52,7 +52,7 @@ static bool is_for_handful(const struct pen_shape *shape, const struct pen_model
 {
 	const uint32_t steps_max = model->type == PEN_MODEL_SPHERES ? 2 : 1;
 
-	return shape->placement_count == 0 && model->type != PEN_MODEL_DISK &&
+	return shape->placement_count == 0 && !shape->lets_pass && model->type != PEN_MODEL_DISK &&
 	       model->count <= SHAPE_PRIMITIVES_MAX && model->step_count <= steps_max;
 }
 

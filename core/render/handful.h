@@ -37,7 +37,7 @@ struct pen_handful {
 
 /*
  * Takes a shape, all of it, if it is small and there is room: spheres, and triangles at rest, in
- * world coordinates, at most two steps of them.
+ * world coordinates, at most two steps of them, of which none lets rays pass.
  */
 bool pen_handful_take(
 	struct pen_handful *handful, const struct pen_geometry *geometry, uint32_t shape);

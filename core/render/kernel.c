@@ -2,6 +2,7 @@
 #include "core/render/kernel.h"
 
 #include "core/render/handful.h"
+#include "core/render/sieve.h"
 #include "core/render/sphere.h"
 #include "core/render/wavefront.h"
 
@@ -11,4 +12,5 @@ const struct pen_kernel PEN_KERNEL = {
 	.sphere_distances = pen_sphere_distances,
 	.handful_closest = pen_handful_closest,
 	.handful_occluded = pen_handful_occluded,
+	.sieve_stops = pen_sieve_stops,
 };

@@ -7,8 +7,10 @@
 #include <stdbool.h>
 
 struct pen_handful;
+struct pen_meeting;
 struct pen_packet;
 struct pen_rays;
+struct pen_sieve;
 struct pen_spheres;
 struct pen_wavefront;
 
@@ -26,6 +28,8 @@ struct pen_kernel {
 	/* See core/render/handful.h. */
 	void (*handful_closest)(const struct pen_handful *handful, struct pen_packet *packet);
 	bool (*handful_occluded)(const struct pen_handful *handful, struct pen_rays *rays);
+	/* See core/render/sieve.h. */
+	bool (*sieve_stops)(const struct pen_sieve *sieve, const struct pen_meeting *meeting);
 };
 
 extern const struct pen_kernel pen_kernel_v2, pen_kernel_v3, pen_kernel_v4;

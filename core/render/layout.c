@@ -155,6 +155,16 @@ int pen_layout_add_model(struct pen_layout *l, const struct pen_model *model, ui
 	return 0;
 }
 
+/* Transparent, or seen from its front only; what light is to go into has a back all the same. */
+static bool lets_pass(const struct pen_scene *scene, uint32_t surface)
+{
+	const struct pen_material_desc *material = &scene->materials[surface];
+
+	return surface < scene->material_count && material->type == PEN_MATERIAL_PRINCIPLED &&
+	       (material->alpha_mode != PEN_ALPHA_OPAQUE ||
+		       (material->is_one_sided && !(material->transmission > 0.0)));
+}
+
 int pen_layout_add_shape(struct pen_layout *l, const struct pen_shape *shape)
 {
 	struct pen_shape *to = pen_layout_extend(l, &l->shapes, 1, sizeof *to);
@@ -162,6 +172,7 @@ int pen_layout_add_shape(struct pen_layout *l, const struct pen_shape *shape)
 	if (!to)
 		return PEN_ELIMIT;
 	*to = *shape;
+	to->lets_pass = lets_pass(l->scene, shape->surface);
 	return 0;
 }
 

@@ -55,9 +55,3 @@ void pen_material_init(struct pen_material *material, const struct pen_scene *sc
 		material->has_textures |= material->inputs[i].mipmap != NULL;
 	}
 }
-
-bool pen_material_lets_pass(const struct pen_material *material)
-{
-	return material->is_principled &&
-	       (material->alpha_mode != PEN_ALPHA_OPAQUE || material->is_one_sided);
-}

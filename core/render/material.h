@@ -29,7 +29,4 @@ struct pen_material {
 void pen_material_init(struct pen_material *material, const struct pen_scene *scene, uint32_t index,
 	const struct pen_pictures *pictures);
 
-/* Whether rays may find nothing where such a surface is: transparent, or seen from behind. */
-bool pen_material_lets_pass(const struct pen_material *material);
-
 #endif

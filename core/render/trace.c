@@ -27,6 +27,15 @@ _Static_assert(PEN_NO_INDEX == RTC_INVALID_GEOMETRY_ID, "no hit is Embree's");
 struct sphere_set {
 	struct pen_spheres spheres;
 	const struct pen_kernel *kernel;
+	bool lets_pass; /* some shape of the model does */
+};
+
+/* What Embree hands to the callbacks of one call. */
+struct question {
+	struct RTCIntersectContext context; /* first: Embree knows no more */
+	const struct pen_kernel *kernel;
+	const struct pen_sieve *sieve;
+	const struct pen_geometry *geometry;
 };
 
 struct pen_trace {
@@ -36,6 +45,8 @@ struct pen_trace {
 	struct sphere_set *sets; /* by model */
 	RTCScene *models;	 /* of those that are placed, by model; NULL for the others */
 	RTCGeometry *shapes;	 /* instances, by shape; NULL for the others; owned by scene */
+	const struct pen_geometry *geometry;
+	bool *sieves;			   /* by model: whether a shape of it lets rays pass */
 	uint32_t model_count, shape_count; /* those of base included */
 	bool is_tree_empty;		   /* all is in the handful, or in base */
 	bool occludes_coherently;	   /* rtcOccluded16 ends with the coherent flag */
@@ -126,7 +137,98 @@ static void bound_sphere(const struct RTCBoundsFunctionArguments *args)
 }
 
 /* Rows of n values that Embree's ray and hit packets consist of. */
-enum { ROW_TFAR = 8, ROW_PRIMITIVE = 17, ROW_GEOMETRY = 18, ROW_INSTANCE = 19 };
+enum { ROW_TNEAR = 3, ROW_TIME = 7, ROW_TFAR = 8, ROW_ID = 10, RAY_ROWS = 12 };
+enum { HIT_U = 3, HIT_V = 4, HIT_PRIMITIVE = 5, HIT_GEOMETRY = 6, HIT_INSTANCE = 7 };
+enum { ROW_PRIMITIVE = 17, ROW_GEOMETRY = 18, ROW_INSTANCE = 19 };
+
+/* Whether the ray of a question stops at a shape. */
+static bool stops(const struct question *question, struct pen_meeting *meeting, uint32_t geometry,
+	uint32_t instance)
+{
+	meeting->shape = instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
+	return !question->geometry->shapes[meeting->shape].lets_pass ||
+	       question->kernel->sieve_stops(question->sieve, meeting);
+}
+
+/* Embree's filter of triangles: a hit that is no longer valid is passed over. */
+static void filter_hits(const struct RTCFilterFunctionNArguments *args)
+{
+	const struct question *question = (const struct question *)(const void *)args->context;
+	const unsigned int n = args->N;
+	const float *ray = (const float *)(const void *)args->ray;
+	const float *hit = (const float *)(const void *)args->hit;
+	const uint32_t *ray_ids = (const uint32_t *)(const void *)args->ray;
+	const uint32_t *hit_ids = (const uint32_t *)(const void *)args->hit;
+
+	for (unsigned int i = 0; i < n; i++) {
+		const struct pen_vec3 d = {ray[4 * n + i], ray[5 * n + i], ray[6 * n + i]};
+		struct pen_meeting meeting = {
+			.lane = (int)ray_ids[ROW_ID * n + i],
+			.primitive = hit_ids[HIT_PRIMITIVE * n + i],
+			.u = hit[HIT_U * n + i],
+			.v = hit[HIT_V * n + i],
+			.normal = {hit[i], hit[n + i], hit[2 * n + i]},
+		};
+
+		meeting.behind = pen_dot(d, meeting.normal) > 0.0f;
+		if (args->valid[i] && !stops(question, &meeting, hit_ids[HIT_GEOMETRY * n + i],
+					      hit_ids[HIT_INSTANCE * n + i]))
+			args->valid[i] = 0;
+	}
+}
+
+/* A lane of rows of n values, which meets a sphere at a distance. */
+static bool stops_at_sphere(const struct question *question, const struct sphere_set *set,
+	const float *rows, unsigned int n, unsigned int lane, uint32_t primitive, uint32_t geometry,
+	float distance)
+{
+	const struct pen_sphere sphere =
+		pen_sphere_at(&set->spheres, (int32_t)primitive, rows[ROW_TIME * n + lane]);
+	const float *origin = rows + lane, *direction = rows + 4ul * n + lane;
+	const struct pen_vec3 d = {direction[0], direction[n], direction[2ul * n]};
+	const struct pen_vec3 from = {
+		origin[0] - sphere.x, origin[n] - sphere.y, origin[2ul * n] - sphere.z};
+	uint32_t id;
+	struct pen_meeting meeting = {
+		.primitive = primitive,
+		.normal = pen_madd(from, distance, d),
+	};
+
+	memcpy(&id, &rows[ROW_ID * n + lane], sizeof id);
+	meeting.lane = (int)id;
+	meeting.behind = pen_dot(d, meeting.normal) > 0.0f;
+	return stops(question, &meeting, geometry, question->context.instID[0]);
+}
+
+/* Where lanes that do not stop at a sphere's first wall meet its second, if they stop there. */
+static void pass_spheres(const struct question *question, const struct sphere_set *set,
+	const float *rows, unsigned int n, uint32_t primitive, uint32_t geometry, float *distances)
+{
+	_Alignas(64) float copy[RAY_ROWS * PEN_LANES];
+	_Alignas(64) float second[PEN_LANES];
+	bool passed[PEN_LANES], any = false;
+
+	memcpy(copy, rows, sizeof(float) * RAY_ROWS * n);
+	for (unsigned int i = 0; i < n; i++) {
+		passed[i] = distances[i] < rows[ROW_TFAR * n + i] &&
+			    !stops_at_sphere(
+				    question, set, rows, n, i, primitive, geometry, distances[i]);
+		if (passed[i])
+			copy[ROW_TNEAR * n + i] = distances[i] * (1.0f + 0x1p-18f);
+		any |= passed[i];
+	}
+	if (!any)
+		return;
+	set->kernel->sphere_distances(&set->spheres, primitive, copy, n, second);
+	for (unsigned int i = 0; i < n; i++) {
+		const bool stopped =
+			second[i] < rows[ROW_TFAR * n + i] &&
+			stops_at_sphere(question, set, rows, n, i, primitive, geometry, second[i]);
+
+		if (passed[i])
+			distances[i] = stopped ? second[i] : INFINITY;
+	}
+}
 
 static void intersect_sphere(const struct RTCIntersectFunctionNArguments *args)
 {
@@ -137,6 +239,9 @@ static void intersect_sphere(const struct RTCIntersectFunctionNArguments *args)
 	_Alignas(64) float distances[PEN_LANES];
 
 	set->kernel->sphere_distances(&set->spheres, args->primID, rows, n, distances);
+	if (set->lets_pass)
+		pass_spheres((const struct question *)(const void *)args->context, set, rows, n,
+			args->primID, args->geomID, distances);
 	for (unsigned int i = 0; i < n; i++) {
 		if (!args->valid[i] || !(distances[i] < rows[ROW_TFAR * n + i]))
 			continue;
@@ -155,6 +260,9 @@ static void occlude_by_sphere(const struct RTCOccludedFunctionNArguments *args)
 	_Alignas(64) float distances[PEN_LANES];
 
 	set->kernel->sphere_distances(&set->spheres, args->primID, rows, n, distances);
+	if (set->lets_pass)
+		pass_spheres((const struct question *)(const void *)args->context, set, rows, n,
+			args->primID, args->geomID, distances);
 	for (unsigned int i = 0; i < n; i++)
 		if (args->valid[i] && distances[i] < rows[ROW_TFAR * n + i])
 			rows[ROW_TFAR * n + i] = -INFINITY;
@@ -200,6 +308,10 @@ static void attach_model(const struct pen_trace *trace, RTCScene scene, uint32_t
 	case PEN_MODEL_SPHERES: set_spheres(to, &trace->sets[index], model->count); break;
 	case PEN_MODEL_DISK: set_disk(to, geometry, model); break;
 	}
+	if (trace->sieves[index] && model->type == PEN_MODEL_TRIANGLES) {
+		rtcSetGeometryIntersectFilterFunction(to, filter_hits);
+		rtcSetGeometryOccludedFilterFunction(to, filter_hits);
+	}
 	rtcCommitGeometry(to);
 	rtcAttachGeometryByID(scene, to, id);
 	rtcReleaseGeometry(to);
@@ -217,8 +329,13 @@ static RTCScene scene_create(RTCDevice device)
 static RTCScene model_scene(
 	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t model)
 {
-	if (trace->base && model < trace->base->model_count)
+	const bool lets_pass = trace->sieves[model];
+
+	if (trace->base && model < trace->base->model_count) {
 		trace = trace->base;
+		trace->sieves[model] |= lets_pass;
+		trace->sets[model].lets_pass |= lets_pass;
+	}
 	if (!trace->models[model]) {
 		trace->models[model] = scene_create(trace->device);
 		attach_model(trace, trace->models[model], 0, geometry, model);
@@ -281,6 +398,7 @@ static void prepare_spheres(struct pen_trace *trace, const struct pen_geometry *
 				.spheres = {geometry->spheres + model->first, model->count,
 					model->step_count},
 				.kernel = kernel,
+				.lets_pass = trace->sieves[i],
 			};
 	}
 }
@@ -312,15 +430,19 @@ static int trace_new(const struct pen_geometry *geometry, const struct pen_kerne
 	if (!trace)
 		return pen_error_memory(err);
 	trace->kernel = kernel;
+	trace->geometry = geometry;
 	trace->model_count = geometry->model_count;
 	trace->shape_count = geometry->shape_count;
 	trace->models = calloc(geometry->model_count + 1ul, sizeof(RTCScene));
 	trace->shapes = calloc(geometry->shape_count + 1ul, sizeof(RTCGeometry));
 	trace->sets = calloc(geometry->model_count + 1ul, sizeof *trace->sets);
-	if (!trace->models || !trace->shapes || !trace->sets) {
+	trace->sieves = calloc(geometry->model_count + 1ul, sizeof *trace->sieves);
+	if (!trace->models || !trace->shapes || !trace->sets || !trace->sieves) {
 		pen_trace_destroy(trace);
 		return pen_error_memory(err);
 	}
+	for (uint32_t i = 0; i < geometry->shape_count; i++)
+		trace->sieves[geometry->shapes[i].model] |= geometry->shapes[i].lets_pass;
 	*ret_trace = trace;
 	return 0;
 }
@@ -394,6 +516,7 @@ void pen_trace_destroy(struct pen_trace *trace)
 			rtcReleaseScene(trace->models[i]);
 	if (trace->device)
 		rtcReleaseDevice(trace->device);
+	free(trace->sieves);
 	free(trace->sets);
 	free(trace->models);
 	free(trace->shapes);
@@ -464,7 +587,7 @@ static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
 		parked += (uint32_t)(1 - (sane & wanted));
 		rays->mask[i] = UINT32_MAX;
 		rays->flags[i] = 0;
-		rays->id[i] = 0;
+		rays->id[i] = (uint32_t)i;
 	}
 	for (int i = 0; i < PEN_LANES && parked > 0; i++)
 		if (!valid[i])
@@ -472,19 +595,26 @@ static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
 	return dropped;
 }
 
-static struct RTCIntersectContext context_of(bool coherent)
+static struct question question_of(
+	const struct pen_trace *trace, const struct pen_sieve *sieve, bool coherent)
 {
-	struct RTCIntersectContext context;
+	struct question question = {
+		.kernel = trace->kernel,
+		.sieve = sieve,
+		.geometry = trace->geometry,
+	};
 
-	rtcInitIntersectContext(&context);
-	context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-				 : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-	return context;
+	rtcInitIntersectContext(&question.context);
+	question.context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+					  : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+	return question;
 }
 
-uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct pen_packet *packet)
+uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent,
+	const struct pen_sieve *sieve, struct pen_packet *packet)
 {
-	struct RTCIntersectContext context = context_of(coherent);
+	struct question question = question_of(trace, sieve, coherent);
+	struct RTCRayHit16 *rayhit = (struct RTCRayHit16 *)(void *)packet;
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(&packet->rays, valid);
 
@@ -492,26 +622,26 @@ uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct 
 	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
 	trace->kernel->handful_closest(&trace->handful, packet);
 	if (trace->base && !trace->base->is_tree_empty)
-		rtcIntersect16(
-			valid, trace->base->scene, &context, (struct RTCRayHit16 *)(void *)packet);
+		rtcIntersect16(valid, trace->base->scene, &question.context, rayhit);
 	if (!trace->is_tree_empty)
-		rtcIntersect16(valid, trace->scene, &context, (struct RTCRayHit16 *)(void *)packet);
+		rtcIntersect16(valid, trace->scene, &question.context, rayhit);
 	return dropped;
 }
 
-uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct pen_rays *rays)
+uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent,
+	const struct pen_sieve *sieve, struct pen_rays *rays)
 {
-	struct RTCIntersectContext context = context_of(coherent && trace->occludes_coherently);
+	struct question question =
+		question_of(trace, sieve, coherent && trace->occludes_coherently);
+	struct RTCRay16 *ray = (struct RTCRay16 *)(void *)rays;
 	_Alignas(64) int32_t valid[PEN_LANES];
 	const uint32_t dropped = prepare(rays, valid);
 
 	if (trace->kernel->handful_occluded(&trace->handful, rays)) {
 		if (trace->base && !trace->base->is_tree_empty)
-			rtcOccluded16(valid, trace->base->scene, &context,
-				(struct RTCRay16 *)(void *)rays);
+			rtcOccluded16(valid, trace->base->scene, &question.context, ray);
 		if (!trace->is_tree_empty)
-			rtcOccluded16(
-				valid, trace->scene, &context, (struct RTCRay16 *)(void *)rays);
+			rtcOccluded16(valid, trace->scene, &question.context, ray);
 	}
 	for (int i = 0; i < PEN_LANES; i++)
 		rays->tfar[i] = valid[i] ? rays->tfar[i] : -1.0f;

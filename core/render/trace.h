@@ -6,6 +6,7 @@
 #include "core/render/kernel.h"
 #include "core/render/packet.h"
 #include "core/render/render.h"
+#include "core/render/sieve.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -46,12 +47,15 @@ double pen_trace_radius(const struct pen_trace *trace);
 
 /*
  * The closest hits; hits are overwritten in every lane. Lanes that Embree must not see (a value
- * that is not finite or beyond 1e18) become misses; returns how many.
+ * that is not finite or beyond 1e18) become misses; returns how many. sieve is asked where shapes
+ * let rays pass.
  */
-uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent, struct pen_packet *packet);
+uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent,
+	const struct pen_sieve *sieve, struct pen_packet *packet);
 
 /* Whether anything is in between: tfar becomes negative there, and in lanes that were dropped. */
-uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent, struct pen_rays *rays);
+uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent,
+	const struct pen_sieve *sieve, struct pen_rays *rays);
 
 /* World from own coordinates of a shape with placements, at a fraction of the shutter. */
 void pen_trace_placement(

@@ -97,7 +97,10 @@ static void step_packet(
 	struct pen_gathered sum = {0};
 	struct pen_points points;
 
-	pass->rays_dropped += pen_trace_closest(scene->trace, pass->is_coherent, &paths->packet);
+	const struct pen_sieve sieve = {pass, paths->key, paths->index, false};
+
+	pass->rays_dropped +=
+		pen_trace_closest(scene->trace, pass->is_coherent, &sieve, &paths->packet);
 	pen_points_find(scene, &paths->packet, &points);
 	if (points.kinds & PEN_KIND_DETAILED)
 		pen_detail_find(pass, paths, &points);
