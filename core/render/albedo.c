@@ -28,8 +28,12 @@ static void measure(float roughness, float cosine, float *ret_whole, float *ret_
 
 void pen_albedo_init(struct pen_albedo *albedo)
 {
-	for (int j = 0; j < PEN_ALBEDO_SIDE; j++)
-		for (int i = 0; i < PEN_ALBEDO_SIDE; i++)
-			measure((float)j / (PEN_ALBEDO_SIDE - 1), (float)i / (PEN_ALBEDO_SIDE - 1),
-				&albedo->whole[j][i], &albedo->grazing[j][i]);
+	for (int j = 0; j < PEN_ALBEDO_SIDE; j++) {
+		for (int i = 0; i < PEN_ALBEDO_SIDE; i++) {
+			const float root = (float)i / (PEN_ALBEDO_SIDE - 1);
+
+			measure((float)j / (PEN_ALBEDO_SIDE - 1), root * root, &albedo->whole[j][i],
+				&albedo->grazing[j][i]);
+		}
+	}
 }

@@ -14,7 +14,7 @@
 enum { PEN_ALBEDO_SIDE = 16 };
 
 struct pen_albedo {
-	/* The first index is the roughness, the second the cosine, both from 0 to 1. */
+	/* The first index is the roughness, the second the cosine's root, both from 0 to 1. */
 	float whole[PEN_ALBEDO_SIDE][PEN_ALBEDO_SIDE];
 	float grazing[PEN_ALBEDO_SIDE][PEN_ALBEDO_SIDE];
 };
@@ -25,7 +25,7 @@ static inline float pen_albedo_of(
 	const struct pen_albedo *albedo, float f0, float roughness, float cosine)
 {
 	const float last = (float)(PEN_ALBEDO_SIDE - 1);
-	const float x = pen_clamp(cosine, 0.0f, 1.0f) * last;
+	const float x = sqrtf(pen_clamp(cosine, 0.0f, 1.0f)) * last;
 	const float y = pen_clamp(roughness, 0.0f, 1.0f) * last;
 	const uint32_t i = (uint32_t)pen_min(x, last - 1.0f);
 	const uint32_t j = (uint32_t)pen_min(y, last - 1.0f);
