@@ -121,7 +121,10 @@ struct pen_camera_key {
 	double position[3], look_at[3], up[3];
 };
 
-/* What the text says of the camera itself: it goes before what a glTF camera says. */
+/*
+ * What the text says of the camera itself: it goes before what a glTF camera says. When it says
+ * nothing, or the focus alone, and names no camera either, the first glTF camera is meant.
+ */
 enum pen_camera_given {
 	PEN_CAMERA_POSITION = 1 << 0,
 	PEN_CAMERA_LOOK_AT = 1 << 1,

@@ -23,6 +23,10 @@ if(PEN_SANITIZE)
     target_link_options(pen_flags INTERFACE -fsanitize=${PEN_SANITIZE})
     target_compile_definitions(pen_flags INTERFACE PEN_SANITIZE)
 endif()
+if(PEN_FUZZ)
+    # What is fuzzed must count its branches, not only the target that calls it.
+    target_compile_options(pen_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 
 # pen_hardening: everything but the renderer's hot files.
 add_library(pen_hardening INTERFACE)
