@@ -40,6 +40,7 @@ static const struct {
 	[PEN_FRAME_FAILURE] = {4096, 0},
 	[PEN_FRAME_HEARTBEAT] = {16384, 0},
 	[PEN_FRAME_DRAIN] = {4096, 0},
+	[PEN_FRAME_SCENE_REPORT] = {36 << 10, 0},
 };
 static_assert(16384 <= PEN_FRAME_CONTROL_MAX && PEN_TILE_BYTES_MAX <= PEN_FRAME_PAYLOAD_MAX,
 	"every cap is within the frame's");

@@ -2,6 +2,7 @@
 #include "proto/msg.h"
 
 #include "core/base/mask.h"
+#include "core/base/text.h"
 #include "proto/penumbra.pb-c.h"
 
 #include <assert.h>
@@ -15,7 +16,7 @@ static_assert((int)PEN_FAULT_CRASH == PEN__WIRE__FAULT__FAULT_CRASH &&
 		      (int)PEN_FAULT_NO_SCENE == PEN__WIRE__FAULT__FAULT_NO_SCENE,
 	"faults have the same numbers on the wire");
 
-enum { CONTROL_MAX = 16384, HEARTBEAT_MS_MIN = 10 };
+enum { CONTROL_MAX = 36 << 10, HEARTBEAT_MS_MIN = 10 };
 
 union wire {
 	ProtobufCMessage base;
@@ -30,45 +31,17 @@ union wire {
 	Pen__Wire__Failure failure;
 	Pen__Wire__Heartbeat heartbeat;
 	Pen__Wire__Drain drain;
+	Pen__Wire__SceneReport scene_report;
 };
-
-/* The length of the UTF-8 sequence at s without control characters, 0 when it is none. */
-static size_t character_length(const unsigned char *s)
-{
-	if (s[0] < 0x80)
-		return s[0] >= 0x20 && s[0] != 0x7f;
-	if (s[0] >= 0xc2 && s[0] <= 0xdf)
-		return (s[1] & 0xc0) == 0x80 ? 2 : 0;
-	if (s[0] >= 0xe0 && s[0] <= 0xef) {
-		/* Neither overlong nor a surrogate. */
-		if ((s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xed && s[1] > 0x9f))
-			return 0;
-		return (s[1] & 0xc0) == 0x80 && (s[2] & 0xc0) == 0x80 ? 3 : 0;
-	}
-	if (s[0] >= 0xf0 && s[0] <= 0xf4) {
-		if ((s[0] == 0xf0 && s[1] < 0x90) || (s[0] == 0xf4 && s[1] > 0x8f))
-			return 0;
-		return (s[1] & 0xc0) == 0x80 && (s[2] & 0xc0) == 0x80 && (s[3] & 0xc0) == 0x80 ? 4
-											       : 0;
-	}
-	return 0;
-}
 
 static int check_text(const char *text, size_t max, const char *name, struct pen_error *err)
 {
-	const unsigned char *s = (const unsigned char *)text;
-	size_t length = strlen(text);
+	const size_t length = strlen(text);
 
 	if (length > max)
 		return pen_error_set(err, PEN_EPROTOCOL, "%s is longer than %zu bytes", name, max);
-	while (*s) {
-		size_t step = character_length(s);
-
-		if (step == 0)
-			return pen_error_set(
-				err, PEN_EPROTOCOL, "%s is not plain UTF-8 text", name);
-		s += step;
-	}
+	if (pen_text_plain(text) < length)
+		return pen_error_set(err, PEN_EPROTOCOL, "%s is not plain UTF-8 text", name);
 	return 0;
 }
 
@@ -323,10 +296,68 @@ static int read_heartbeat(const union wire *wire, struct pen_msg *msg, struct pe
 	return 0;
 }
 
+static int check_texts(
+	char *const *texts, size_t count, size_t max, const char *name, struct pen_error *err)
+{
+	int r = 0;
+
+	for (size_t i = 0; r == 0 && i < count; i++)
+		r = check_text(texts[i], max, name, err);
+	return r;
+}
+
+static int check_report(const Pen__Wire__SceneReport *report, struct pen_error *err)
+{
+	const size_t errors = report->n_pointers, warnings = report->n_warnings;
+	int r;
+
+	if (errors != report->n_details || (errors > 0) == (warnings > 0))
+		return pen_error_set(err, PEN_EPROTOCOL,
+			"a report of %zu pointers, %zu details and %zu warnings", errors,
+			report->n_details, warnings);
+	r = check_range(errors, 0, PEN_SCENE_ERRORS_MAX, "the number of errors", err);
+	if (r == 0)
+		r = check_range(warnings, 0, PEN_SCENE_WARNINGS_MAX, "the number of warnings", err);
+	if (r == 0)
+		r = check_texts(
+			report->pointers, errors, PEN_SCENE_ERROR_BYTES_MAX, "a pointer", err);
+	if (r == 0)
+		r = check_texts(
+			report->details, errors, PEN_SCENE_ERROR_BYTES_MAX, "a detail", err);
+	if (r == 0)
+		r = check_texts(
+			report->warnings, warnings, PEN_SCENE_WARNING_BYTES_MAX, "a warning", err);
+	return r;
+}
+
+static int read_scene_report(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
+{
+	const Pen__Wire__SceneReport *report = &wire->scene_report;
+	int r;
+
+	r = read_sha256(&report->scene_sha256, &msg->u.scene_report.scene_sha256, err);
+	if (r == 0)
+		r = check_report(report, err);
+	if (r < 0)
+		return r;
+	msg->u.scene_report.job = report->job;
+	msg->u.scene_report.error_count = (uint32_t)report->n_pointers;
+	msg->u.scene_report.pointers = (const char *const *)report->pointers;
+	msg->u.scene_report.details = (const char *const *)report->details;
+	msg->u.scene_report.warning_count = (uint32_t)report->n_warnings;
+	msg->u.scene_report.warnings = (const char *const *)report->warnings;
+	return 0;
+}
+
 /* Packing only reads, but protobuf-c's structs have no const. */
 static char *text_of(const char *text)
 {
 	return (char *)(uintptr_t)(text ? text : "");
+}
+
+static char **texts_of(const char *const *texts)
+{
+	return (char **)(uintptr_t)texts;
 }
 
 static uint64_t *numbers_of(const uint64_t *numbers)
@@ -449,6 +480,19 @@ static void write_heartbeat(const struct pen_msg *msg, union wire *wire)
 	wire->heartbeat.samples = numbers_of(heartbeat->samples);
 }
 
+static void write_scene_report(const struct pen_msg *msg, union wire *wire)
+{
+	const struct pen_msg_scene_report *report = &msg->u.scene_report;
+
+	wire->scene_report.job = report->job;
+	wire->scene_report.scene_sha256 = bytes_of(&report->scene_sha256);
+	wire->scene_report.n_pointers = wire->scene_report.n_details = report->error_count;
+	wire->scene_report.pointers = texts_of(report->pointers);
+	wire->scene_report.details = texts_of(report->details);
+	wire->scene_report.n_warnings = report->warning_count;
+	wire->scene_report.warnings = texts_of(report->warnings);
+}
+
 static const struct {
 	const ProtobufCMessageDescriptor *descriptor;
 	int (*read)(const union wire *wire, struct pen_msg *msg, struct pen_error *err);
@@ -468,6 +512,8 @@ static const struct {
 	[PEN_FRAME_HEARTBEAT] = {&pen__wire__heartbeat__descriptor, read_heartbeat,
 		write_heartbeat},
 	[PEN_FRAME_DRAIN] = {&pen__wire__drain__descriptor, read_drain, write_drain},
+	[PEN_FRAME_SCENE_REPORT] = {&pen__wire__scene_report__descriptor, read_scene_report,
+		write_scene_report},
 };
 
 static void *arena_alloc(void *arena, size_t size)

@@ -95,6 +95,16 @@ struct pen_msg_heartbeat {
 	const uint64_t *samples;
 };
 
+/* Errors, or warnings: one of them, never both. */
+struct pen_msg_scene_report {
+	uint64_t job;
+	struct pen_sha256 scene_sha256;
+	uint32_t error_count; /* <= PEN_SCENE_ERRORS_MAX */
+	const char *const *pointers, *const *details;
+	uint32_t warning_count; /* <= PEN_SCENE_WARNINGS_MAX */
+	const char *const *warnings;
+};
+
 struct pen_msg {
 	enum pen_frame_type type;
 	union {
@@ -108,6 +118,7 @@ struct pen_msg {
 		struct pen_msg_result result;
 		struct pen_msg_failure failure;
 		struct pen_msg_heartbeat heartbeat;
+		struct pen_msg_scene_report scene_report;
 	} u;
 	const void *payload; /* of SCENE_DATA and RESULT; of LEASE: NULL or a mask of the tile */
 	size_t payload_size;

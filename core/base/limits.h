@@ -14,6 +14,11 @@
 #define PEN_SCENE_ERRORS_MAX 64u /* reported in one answer */
 #define PEN_SCENE_MEMORY_MAX (512ul << 20)
 
+/* What is told of a scene */
+#define PEN_SCENE_ERROR_BYTES_MAX   255u /* of a pointer, and of a detail */
+#define PEN_SCENE_WARNINGS_MAX	    64u
+#define PEN_SCENE_WARNING_BYTES_MAX 511u
+
 /* What a scene may ask for */
 #define PEN_COORDINATE_MAX     1e15
 #define PEN_SCALE_MIN	       1e-6 /* two scales cubed stay within float */

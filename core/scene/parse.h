@@ -12,8 +12,8 @@
 
 /* One offender: where (RFC 6901 pointer into the scene) and what is wrong, and its cure. */
 struct pen_scene_error {
-	char pointer[256];
-	char detail[256];
+	char pointer[PEN_SCENE_ERROR_BYTES_MAX + 1];
+	char detail[PEN_SCENE_ERROR_BYTES_MAX + 1];
 };
 
 /*

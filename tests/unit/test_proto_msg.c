@@ -286,6 +286,98 @@ static void test_heartbeat(void **state)
 	assert_int_equal(got.u.heartbeat.count, 0);
 }
 
+static char pointers[PEN_SCENE_ERRORS_MAX + 1][PEN_SCENE_ERROR_BYTES_MAX + 2];
+static char details[PEN_SCENE_ERRORS_MAX + 1][PEN_SCENE_ERROR_BYTES_MAX + 2];
+static char warnings[PEN_SCENE_WARNINGS_MAX + 1][PEN_SCENE_WARNING_BYTES_MAX + 2];
+
+struct report_texts {
+	const char *pointers[PEN_SCENE_ERRORS_MAX + 1];
+	const char *details[PEN_SCENE_ERRORS_MAX + 1];
+	const char *warnings[PEN_SCENE_WARNINGS_MAX + 1];
+};
+
+/* Every text as long as it may be, and different from the others. */
+static struct pen_msg report(struct report_texts *texts, uint32_t errors, uint32_t count)
+{
+	for (uint32_t i = 0; i <= PEN_SCENE_ERRORS_MAX; i++) {
+		memset(pointers[i], 'p', PEN_SCENE_ERROR_BYTES_MAX);
+		memset(details[i], 'd', PEN_SCENE_ERROR_BYTES_MAX);
+		pointers[i][0] = details[i][1] = (char)('0' + i);
+		texts->pointers[i] = pointers[i];
+		texts->details[i] = details[i];
+	}
+	for (uint32_t i = 0; i <= PEN_SCENE_WARNINGS_MAX; i++) {
+		memset(warnings[i], 'w', PEN_SCENE_WARNING_BYTES_MAX);
+		warnings[i][2] = (char)('0' + i);
+		texts->warnings[i] = warnings[i];
+	}
+	return (struct pen_msg){
+		.type = PEN_FRAME_SCENE_REPORT,
+		.u.scene_report = {1ull << 60, {{7, 8}}, errors, texts->pointers, texts->details,
+			count, texts->warnings},
+	};
+}
+
+/* Fails when errors change on the way, the fullest report does not fit, or a bound is off by one.
+ */
+static void test_report_errors(void **state)
+{
+	struct report_texts texts;
+	struct pen_msg msg, got;
+
+	(void)state;
+	for (uint32_t n = PEN_SCENE_ERRORS_MAX - 1; n <= PEN_SCENE_ERRORS_MAX; n++) {
+		msg = report(&texts, n, 0);
+		expect_pass(&msg, &got);
+		assert_true(got.u.scene_report.job == 1ull << 60);
+		assert_int_equal(got.u.scene_report.scene_sha256.bytes[1], 8);
+		assert_int_equal(got.u.scene_report.error_count, n);
+		assert_int_equal(got.u.scene_report.warning_count, 0);
+		for (uint32_t i = 0; i < n; i++) {
+			assert_string_equal(got.u.scene_report.pointers[i], pointers[i]);
+			assert_string_equal(got.u.scene_report.details[i], details[i]);
+		}
+	}
+	msg.u.scene_report.error_count = PEN_SCENE_ERRORS_MAX + 1;
+	expect_refusal(&msg);
+	msg.u.scene_report.error_count = 1;
+	pointers[0][PEN_SCENE_ERROR_BYTES_MAX] = 'x';
+	expect_refusal(&msg);
+	pointers[0][PEN_SCENE_ERROR_BYTES_MAX] = '\0';
+	expect_pass(&msg, &got);
+	details[0][PEN_SCENE_ERROR_BYTES_MAX] = 'x';
+	expect_refusal(&msg);
+	details[0][PEN_SCENE_ERROR_BYTES_MAX] = '\0';
+	details[0][5] = '\n';
+	expect_refusal(&msg);
+}
+
+/* As test_report_errors, for warnings; and when a report of nothing, or of both, gets through. */
+static void test_report_warnings(void **state)
+{
+	struct report_texts texts;
+	struct pen_msg msg, got;
+
+	(void)state;
+	for (uint32_t n = PEN_SCENE_WARNINGS_MAX - 1; n <= PEN_SCENE_WARNINGS_MAX; n++) {
+		msg = report(&texts, 0, n);
+		expect_pass(&msg, &got);
+		assert_int_equal(got.u.scene_report.error_count, 0);
+		assert_int_equal(got.u.scene_report.warning_count, n);
+		for (uint32_t i = 0; i < n; i++)
+			assert_string_equal(got.u.scene_report.warnings[i], warnings[i]);
+	}
+	msg.u.scene_report.warning_count = PEN_SCENE_WARNINGS_MAX + 1;
+	expect_refusal(&msg);
+	msg.u.scene_report.warning_count = 1;
+	warnings[0][PEN_SCENE_WARNING_BYTES_MAX] = 'x';
+	expect_refusal(&msg);
+	msg = report(&texts, 1, 1);
+	expect_refusal(&msg);
+	msg = report(&texts, 0, 0);
+	expect_refusal(&msg);
+}
+
 /* Fails when a hello without a needed part, or with one past its bound, is let in. */
 static void test_hello_bounds(void **state)
 {
@@ -535,6 +627,8 @@ int main(void)
 		cmocka_unit_test(test_scene_data),
 		cmocka_unit_test(test_small_messages),
 		cmocka_unit_test(test_heartbeat),
+		cmocka_unit_test(test_report_errors),
+		cmocka_unit_test(test_report_warnings),
 		cmocka_unit_test(test_hello_bounds),
 		cmocka_unit_test(test_text),
 		cmocka_unit_test(test_lease_bounds),

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_BASE_TEXT_H
+#define PEN_BASE_TEXT_H
+
+#include <stddef.h>
+
+/*
+ * The bytes of text, from its start, that are whole UTF-8 characters (Unicode's table of
+ * well-formed sequences, D92) and none a control character: strlen(text) when all of it may be
+ * shown to people and written to a log.
+ */
+size_t pen_text_plain(const char *text);
+
+#endif

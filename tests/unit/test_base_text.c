@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/text.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+/* Fails when a text is taken for plain past a byte that is not, or cut within a whole character. */
+static void test_plain(void **state)
+{
+	static const struct {
+		const char *text;
+		size_t plain;
+	} cases[] = {
+		{"", 0},
+		{"a b", 3},
+		{"a\nb", 1},
+		{"\x7f", 0},
+		{"n\xc3\xa4h", 4},
+		{"ab\xc3", 2},
+		{"ab\xe2\x82", 2},
+		{"ab\xe2\x82\xac", 5},
+		{"\xf0\x9f\x92\xa1!", 5},
+		{"!\xf0\x9f\x92", 1},
+		{"!\xed\xa0\x80", 1},
+		{"!\xc0\x80", 1},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+		assert_int_equal(pen_text_plain(cases[i].text), cases[i].plain);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain)};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
