@@ -74,6 +74,7 @@ static const char *title_of(unsigned status)
 		{415, "Unsupported Media Type"},
 		{416, "Range Not Satisfiable"},
 		{421, "Misdirected Request"},
+		{422, "Unprocessable Content"},
 		{500, "Internal Server Error"},
 		{503, "Service Unavailable"},
 		{507, "Insufficient Storage"},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/api.h"
 
+#include "server/api_asset.h"
 #include "server/api_farm.h"
 #include "server/api_image.h"
 #include "server/api_render.h"
@@ -11,6 +12,7 @@
 #include <string.h>
 
 typedef void handler_fn(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+typedef bool admit_fn(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 
 /* HEAD goes where GET goes. */
 static const struct route {
@@ -27,6 +29,9 @@ static const struct route {
 	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get},
 	{"/v1/renders", PEN_GET, pen_api_render_list},
 	{"/v1/renders", PEN_POST, pen_api_submit},
+	{"/v1/assets/sha256/{hash}", PEN_GET, pen_api_asset_get},
+	{"/v1/assets/sha256/{hash}", PEN_PUT, pen_api_asset_put},
+	{"/v1/assets/missing", PEN_POST, pen_api_assets_missing},
 	{"/v1/workers", PEN_GET, pen_api_workers},
 	{"/v1/farm", PEN_GET, pen_api_farm},
 	{"/metrics", PEN_GET, pen_api_metrics},
@@ -37,16 +42,42 @@ static const struct route {
 
 enum { ROUTES = sizeof routes / sizeof routes[0] };
 
-/* Takes the piece of path that stands for {…}, told by its first letter; false when it is empty or
- * too long. */
-static bool capture(const char **path, char *ret_text, size_t size)
-{
-	size_t length = strcspn(*path, "/.");
+/* Whose bodies may be too large to be kept in memory. */
+static const struct {
+	const char *pattern;
+	enum pen_method method;
+	admit_fn *admit;
+} admissions[] = {
+	{"/v1/renders", PEN_POST, pen_api_submit_admit},
+	{"/v1/assets/sha256/{hash}", PEN_PUT, pen_api_asset_admit},
+};
 
-	if (length == 0 || length >= size)
+enum { ADMISSIONS = sizeof admissions / sizeof admissions[0] };
+
+/*
+ * Takes the piece of path that stands for {…}, told by its first letter; false when it is empty or
+ * too long.
+ */
+static bool capture(char letter, const char **path, struct pen_api_parameters *found)
+{
+	const struct {
+		char letter;
+		char *text;
+		size_t size;
+	} places[] = {
+		{'i', found->id, sizeof found->id},
+		{'h', found->hash, sizeof found->hash},
+		{'n', found->frame, sizeof found->frame},
+		{'e', found->extension, sizeof found->extension},
+	};
+	size_t length = strcspn(*path, "/."), i = 0;
+
+	while (places[i].letter != letter)
+		i++;
+	if (length == 0 || length >= places[i].size)
 		return false;
-	memcpy(ret_text, *path, length);
-	ret_text[length] = '\0';
+	memcpy(places[i].text, *path, length);
+	places[i].text[length] = '\0';
 	*path += length;
 	return true;
 }
@@ -62,10 +93,7 @@ static bool match(const char *pattern, const char *path, struct pen_api_paramete
 				return false;
 			continue;
 		}
-		if (pattern[1] == 'i' ? !capture(&path, found->id, sizeof found->id)
-			: pattern[1] == 'n'
-				? !capture(&path, found->frame, sizeof found->frame)
-				: !capture(&path, found->extension, sizeof found->extension))
+		if (!capture(pattern[1], &path, found))
 			return false;
 		pattern = strchr(pattern, '}') + 1;
 	}
@@ -77,6 +105,7 @@ static const char *method_name(enum pen_method method)
 	switch (method) {
 	case PEN_GET: return "GET, HEAD";
 	case PEN_POST: return "POST";
+	case PEN_PUT: return "PUT";
 	case PEN_PATCH: return "PATCH";
 	case PEN_DELETE: return "DELETE";
 	default: return "";
@@ -123,6 +152,18 @@ static bool origin_refused(struct pen_exchange *exchange)
 		(host && pen_field_host_is_local(host + strlen("://"))))
 		return false;
 	pen_exchange_problem(exchange, 403, "pages of other sites may not change anything here");
+	return true;
+}
+
+bool pen_api_admit(struct pen_exchange *exchange)
+{
+	struct pen_api_parameters parameters;
+
+	for (size_t i = 0; i < ADMISSIONS; i++)
+		if (admissions[i].method == exchange->method &&
+			match(admissions[i].pattern, exchange->path, &parameters))
+			return !host_refused(exchange) && !origin_refused(exchange) &&
+			       admissions[i].admit(exchange, &parameters);
 	return true;
 }
 

@@ -16,16 +16,24 @@ struct pen_api {
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
-	bool draining; /* no new renders */
-	uint64_t boot; /* differs from start to start: revisions begin anew with each */
+	const char *assets_dir; /* see server/asset_file.h */
+	bool draining;		/* no new renders */
+	uint64_t boot;		/* differs from start to start: revisions begin anew with each */
 };
 
 /* What a path held in place of {…}. */
 struct pen_api_parameters {
 	char id[64];
+	char hash[PEN_SHA256_TEXT];
 	char frame[16]; /* "": none */
 	char extension[8];
 };
+
+/*
+ * The header is complete and its body has not begun: may say where the body goes. False when the
+ * exchange has been answered already.
+ */
+bool pen_api_admit(struct pen_exchange *exchange);
 
 /* Answers the exchange, now or later. */
 void pen_api_handle(struct pen_exchange *exchange);

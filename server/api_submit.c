@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/api_submit.h"
 
+#include "core/base/limits.h"
 #include "server/api_render.h"
+#include "server/asset_file.h"
 #include "server/fields.h"
+#include "server/glb_request.h"
 #include "server/submission.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 /* A body of at least this size is read on the thread pool, so that the loop never stands still. */
@@ -14,6 +18,8 @@ enum { READ_INLINE_MAX = 256 << 10 };
 struct submit {
 	uv_work_t work;
 	struct pen_exchange *exchange;
+	const char *assets_dir;
+	json_t *glb_scene; /* of a GLB, whose asset is not named yet; else NULL */
 	struct pen_submission_reading reading;
 	int result;
 	struct pen_error err;
@@ -48,13 +54,56 @@ static void refuse(struct submit *submit)
 	pen_exchange_answer(submit->exchange, &answer);
 }
 
+/* Every asset that the scene names must be there: blames each place that names one that is not. */
+static int check_assets(struct submit *submit)
+{
+	const struct pen_scene *scene = submit->reading.submission.scene;
+	struct pen_scene_errors *errors = &submit->reading.errors;
+
+	for (uint32_t i = 0; i < scene->asset_count && errors->count < PEN_SCENE_ERRORS_MAX; i++) {
+		struct pen_scene_error *error = &errors->items[errors->count];
+
+		if (pen_asset_file_touch(submit->assets_dir, &scene->assets[i].sha256))
+			continue;
+		(void)snprintf(
+			error->pointer, sizeof error->pointer, "%s", scene->assets[i].pointer);
+		(void)snprintf(error->detail, sizeof error->detail,
+			"this asset is not stored here: PUT it to /v1/assets/sha256/… first");
+		errors->count++;
+	}
+	if (errors->count == 0)
+		return 0;
+	pen_scene_destroy(submit->reading.submission.scene);
+	free(submit->reading.submission.canonical);
+	return pen_error_set(&submit->err, PEN_EINVALID, "the scene names assets that are missing");
+}
+
+static int read_glb(struct submit *submit)
+{
+	struct pen_exchange *exchange = submit->exchange;
+	struct pen_sha256 asset;
+	char *text = NULL;
+	size_t size;
+	int r = pen_asset_upload_finish(exchange->upload, NULL, &asset, &submit->err);
+
+	if (r == 0)
+		r = pen_glb_request_text(submit->glb_scene, &asset, &text, &size, &submit->err);
+	if (r == 0)
+		r = pen_submission_read(text, size, &submit->reading, &submit->err);
+	free(text);
+	return r;
+}
+
 static void read_body(uv_work_t *work)
 {
 	struct submit *submit = work->data;
 	const struct pen_buf *body = &submit->exchange->body;
 
-	submit->result = pen_submission_read(
-		body->data ? body->data : "", body->size, &submit->reading, &submit->err);
+	submit->result = submit->glb_scene ? read_glb(submit)
+					   : pen_submission_read(body->data ? body->data : "",
+						     body->size, &submit->reading, &submit->err);
+	if (submit->result == 0)
+		submit->result = check_assets(submit);
 }
 
 static void body_read(uv_work_t *work, int status)
@@ -76,6 +125,7 @@ static void body_read(uv_work_t *work, int status)
 			   exchange->api->jobs, submission, accepted, exchange, &submit->err) < 0) {
 		pen_exchange_error(exchange, &submit->err);
 	}
+	json_decref(submit->glb_scene);
 	free(submit);
 }
 
@@ -87,15 +137,36 @@ static bool is_json(const char *content_type)
 	       pen_field_media_type_is(content_type, "application/x-www-form-urlencoded");
 }
 
+bool pen_api_submit_admit(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const char *length = pen_exchange_field(exchange, "Content-Length");
+	uint64_t size = length ? strtoull(length, NULL, 10) : 0;
+	struct pen_error err = PEN_ERROR_INIT;
+
+	(void)parameters;
+	if (!pen_field_media_type_is(
+		    pen_exchange_field(exchange, "Content-Type"), "model/gltf-binary"))
+		return true;
+	if (size > PEN_ASSET_BYTES_MAX) {
+		pen_exchange_problem(exchange, 413, "the GLB is too large: at most 1 GiB is taken");
+		return false;
+	}
+	if (pen_asset_upload_create(exchange->api->assets_dir, size, &exchange->upload, &err) == 0)
+		return true;
+	pen_exchange_error(exchange, &err);
+	return false;
+}
+
 void pen_api_submit(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
 	struct pen_error err = PEN_ERROR_INIT;
 	struct submit *submit;
 
 	(void)parameters;
-	if (!is_json(pen_exchange_field(exchange, "Content-Type"))) {
+	if (!exchange->upload && !is_json(pen_exchange_field(exchange, "Content-Type"))) {
 		pen_exchange_problem(exchange, 415,
-			"the body must be application/json; other types are not supported yet");
+			"the body must be application/json, or model/gltf-binary for a GLB");
 		return;
 	}
 	if (exchange->api->draining) {
@@ -110,8 +181,14 @@ void pen_api_submit(struct pen_exchange *exchange, const struct pen_api_paramete
 		return;
 	}
 	submit->exchange = exchange;
+	submit->assets_dir = exchange->api->assets_dir;
 	submit->work.data = submit;
-	if (exchange->body.size < READ_INLINE_MAX ||
+	if (exchange->upload && pen_glb_request_read(exchange, &submit->glb_scene, &err) < 0) {
+		free(submit);
+		pen_exchange_error(exchange, &err);
+		return;
+	}
+	if ((!exchange->upload && exchange->body.size < READ_INLINE_MAX) ||
 		uv_queue_work(exchange->api->loop, &submit->work, read_body, body_read) < 0) {
 		read_body(&submit->work);
 		body_read(&submit->work, 0);

@@ -6,12 +6,13 @@
 #include "server/answer.h"
 
 struct pen_api;
+struct pen_asset_upload;
 
 /*
  * One request and its answer, as the API sees them; http.c makes and frees it. It lives until it
  * is answered, which every handler does exactly once, at once or later from the loop.
  */
-enum pen_method { PEN_GET, PEN_HEAD, PEN_POST, PEN_PATCH, PEN_DELETE, PEN_METHOD_OTHER };
+enum pen_method { PEN_GET, PEN_HEAD, PEN_POST, PEN_PUT, PEN_PATCH, PEN_DELETE, PEN_METHOD_OTHER };
 
 struct pen_exchange {
 	struct pen_api
@@ -19,11 +20,18 @@ struct pen_exchange {
 	enum pen_method method;
 	const char *path; /* percent-decoded, without the query */
 	struct pen_buf body;
+	struct pen_asset_upload *upload; /* what takes the body instead of body, or NULL */
+	bool ignores_body;		 /* nothing takes it */
 };
 
 /* A field of the request or a parameter of its query; NULL without one. Before the answer only. */
 const char *pen_exchange_field(const struct pen_exchange *exchange, const char *name);
 const char *pen_exchange_query(const struct pen_exchange *exchange, const char *name);
+
+/* Calls take for each parameter of the query; one without a value has "". Before the answer only.
+ */
+void pen_exchange_each_query(const struct pen_exchange *exchange,
+	void (*take)(void *user, const char *name, const char *value), void *user);
 
 /* Sends the answer, whose body passes to it; the exchange must not be used any more. */
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer);

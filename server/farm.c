@@ -34,7 +34,7 @@ struct pen_farm {
 	unsigned open_handles;
 	bool closing;
 	struct pen_dispatch *dispatch;
-	const char *scenes_dir;
+	const char *scenes_dir, *assets_dir;
 	char key[PEN_FARM_KEY_TEXT]; /* "": none is expected */
 	struct worker *workers;	     /* in order of connecting */
 	uint32_t count;
@@ -366,6 +366,7 @@ int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
 		return pen_error_memory(err);
 	farm->dispatch = options->dispatch;
 	farm->scenes_dir = options->scenes_dir;
+	farm->assets_dir = options->assets_dir;
 	farm->tick_ms = pen_clock_ms();
 	(void)uv_tcp_init(loop, &farm->listener);
 	(void)uv_timer_init(loop, &farm->timer);

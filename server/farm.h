@@ -18,6 +18,7 @@ struct pen_farm_options {
 	struct sockaddr_storage address; /* to listen on; port 0: any */
 	struct pen_dispatch *dispatch;
 	const char *scenes_dir; /* see server/scene_file.h; borrowed */
+	const char *assets_dir; /* see server/asset_file.h; borrowed */
 };
 
 int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,

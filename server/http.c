@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "server/api.h"
+#include "server/asset_file.h"
 #include "server/drain.h"
 #include "server/exchange.h"
 
@@ -96,6 +97,7 @@ static void request_destroy(struct request *request)
 	if (request->response)
 		MHD_destroy_response(request->response);
 	pen_buf_finish(&request->exchange.body);
+	pen_asset_upload_destroy(request->exchange.upload);
 	free((char *)(uintptr_t)request->exchange.path);
 	free(request);
 }
@@ -199,6 +201,32 @@ const char *pen_exchange_query(const struct pen_exchange *exchange, const char *
 			  : NULL;
 }
 
+struct query_visit {
+	void (*take)(void *user, const char *name, const char *value);
+	void *user;
+};
+
+static enum MHD_Result visit_query(
+	void *user, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+	const struct query_visit *visit = user;
+
+	(void)kind;
+	visit->take(visit->user, name, value ? value : "");
+	return MHD_YES;
+}
+
+void pen_exchange_each_query(const struct pen_exchange *exchange,
+	void (*take)(void *user, const char *name, const char *value), void *user)
+{
+	struct query_visit visit = {take, user};
+	struct MHD_Connection *connection = request_of(exchange)->connection;
+
+	if (connection)
+		(void)MHD_get_connection_values(
+			connection, MHD_GET_ARGUMENT_KIND, visit_query, &visit);
+}
+
 /* What libmicrohttpd calls */
 
 static enum MHD_Result queue_answer(struct request *request)
@@ -215,6 +243,7 @@ static enum pen_method method_of(const char *name)
 		[PEN_GET] = "GET",
 		[PEN_HEAD] = "HEAD",
 		[PEN_POST] = "POST",
+		[PEN_PUT] = "PUT",
 		[PEN_PATCH] = "PATCH",
 		[PEN_DELETE] = "DELETE",
 	};
@@ -234,37 +263,73 @@ static unsigned refusal(const struct request *request, uint64_t more)
 	return request->http->body_bytes + more > PEN_HTTP_BODIES_MAX ? 503 : 0;
 }
 
+static const char *reason_of(const struct request *request, unsigned status)
+{
+	switch (status) {
+	case 413:
+		return request->exchange.upload
+			       ? "the asset is too large: at most 1 GiB is taken"
+			       : "the body is too large: at most 8 MiB of scene are taken";
+	case 507: return "the disk of the data directory is full";
+	case 500: return "the asset cannot be stored";
+	default: return "too many requests with large bodies at once";
+	}
+}
+
 static enum MHD_Result refuse_body(struct request *request, unsigned status)
 {
 	struct pen_answer answer;
 
 	request->handled = true;
-	pen_answer_problem(&answer, status,
-		status == 413 ? "the body is too large: at most 8 MiB of scene are taken"
-			      : "too many requests with large bodies at once");
+	pen_answer_problem(&answer, status, reason_of(request, status));
 	if (status == 503)
 		pen_answer_field(&answer, "Retry-After", "5");
 	pen_exchange_answer(&request->exchange, &answer);
 	return queue_answer(request);
 }
 
-/* The header is complete and its body has not begun: a body that is too large is refused now. */
+static bool keeps_body(const struct request *request)
+{
+	return !request->exchange.upload && !request->exchange.ignores_body;
+}
+
+/* The header is complete and its body has not begun: one that nobody wants is refused now. */
 static enum MHD_Result begin(struct request *request)
 {
 	const char *length = pen_exchange_field(&request->exchange, "Content-Length");
-	unsigned status = length ? refusal(request, strtoull(length, NULL, 10)) : 0;
 	const union MHD_ConnectionInfo *info;
+	unsigned status = 0;
 
-	if (status == 0)
-		return MHD_YES;
+	request->handled = true;
+	if (pen_api_admit(&request->exchange)) {
+		request->handled = false;
+		if (length && keeps_body(request))
+			status = refusal(request, strtoull(length, NULL, 10));
+		if (status == 0)
+			return MHD_YES;
+	}
 	info = MHD_get_connection_info(request->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
 	pen_drains_add(&request->http->drains, info->connect_fd);
-	return refuse_body(request, status);
+	return request->handled ? queue_answer(request) : refuse_body(request, status);
+}
+
+static void take_upload(struct request *request, const char *data, size_t size)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+
+	if (request->refused != 0 ||
+		pen_asset_upload_append(request->exchange.upload, data, size, &err) == 0)
+		return;
+	request->refused = err.code == PEN_ELIMIT ? 413 : err.code == PEN_ENOSPACE ? 507 : 500;
 }
 
 /* A body of unknown length is read to its end even when it turns out to be too large. */
 static void take_body(struct request *request, const char *data, size_t size)
 {
+	if (request->exchange.upload)
+		take_upload(request, data, size);
+	if (!keeps_body(request))
+		return;
 	if (request->refused == 0)
 		request->refused = refusal(request, size);
 	if (request->refused == 0 && pen_buf_append(&request->exchange.body, data, size) < 0)
@@ -429,6 +494,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 		.jobs = options->jobs,
 		.farm = options->farm,
 		.encoders = options->encoders,
+		.assets_dir = options->assets_dir,
 		.boot = (uint64_t)pen_clock_wall_ms(),
 	};
 	http->drains.loop = loop;

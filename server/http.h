@@ -22,6 +22,7 @@ struct pen_http_options {
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
+	const char *assets_dir; /* see server/asset_file.h; borrowed */
 };
 
 int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,

@@ -121,6 +121,7 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 	struct pen_farm_options farm = {
 		.address = config->worker_listen,
 		.scenes_dir = server->data.scenes,
+		.assets_dir = server->data.assets,
 	};
 	int r = pen_store_create(&server->loop, server->data.path, &server->store, err);
 
@@ -157,6 +158,7 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		.address = server->config->listen,
 		.jobs = server->jobs,
 		.farm = server->farm,
+		.assets_dir = server->data.assets,
 	};
 	char encoder[PATH_MAX];
 	int r = inherited_socket(&options.socket, err);

@@ -3,8 +3,13 @@
 
 #include <gnutls/crypto.h>
 #include <gnutls/gnutls.h>
+#include <stdlib.h>
 #include <string.h>
 #include <xxhash.h>
+
+struct pen_sha256_stream {
+	gnutls_hash_hd_t hash;
+};
 
 int pen_sha256_of(
 	const void *data, size_t size, struct pen_sha256 *ret_digest, struct pen_error *err)
@@ -16,6 +21,43 @@ int pen_sha256_of(
 		return pen_error_set(err, PEN_EIO, "SHA-256: %s", gnutls_strerror(r));
 	*ret_digest = digest;
 	return 0;
+}
+
+int pen_sha256_stream_create(struct pen_sha256_stream **ret_stream, struct pen_error *err)
+{
+	struct pen_sha256_stream *stream = calloc(1, sizeof *stream);
+	int r;
+
+	if (!stream)
+		return pen_error_memory(err);
+	r = gnutls_hash_init(&stream->hash, GNUTLS_DIG_SHA256);
+	if (r < 0) {
+		free(stream);
+		return pen_error_set(err, PEN_EIO, "SHA-256: %s", gnutls_strerror(r));
+	}
+	*ret_stream = stream;
+	return 0;
+}
+
+void pen_sha256_stream_destroy(struct pen_sha256_stream *stream)
+{
+	if (!stream)
+		return;
+	gnutls_hash_deinit(stream->hash, NULL);
+	free(stream);
+}
+
+int pen_sha256_stream_append(
+	struct pen_sha256_stream *stream, const void *data, size_t size, struct pen_error *err)
+{
+	int r = gnutls_hash(stream->hash, data, size);
+
+	return r < 0 ? pen_error_set(err, PEN_EIO, "SHA-256: %s", gnutls_strerror(r)) : 0;
+}
+
+void pen_sha256_stream_take(struct pen_sha256_stream *stream, struct pen_sha256 *ret_digest)
+{
+	gnutls_hash_output(stream->hash, ret_digest->bytes);
 }
 
 void pen_sha256_format(const struct pen_sha256 *digest, char *ret_text)

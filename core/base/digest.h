@@ -18,6 +18,17 @@ enum { PEN_SHA256_TEXT = 65 }; /* 64 hex digits and a NUL */
 int pen_sha256_of(
 	const void *data, size_t size, struct pen_sha256 *ret_digest, struct pen_error *err);
 
+/* The same of bytes that come in pieces. PEN_EIO when the library refuses. */
+struct pen_sha256_stream;
+
+int pen_sha256_stream_create(struct pen_sha256_stream **ret_stream, struct pen_error *err);
+void pen_sha256_stream_destroy(struct pen_sha256_stream *stream);
+int pen_sha256_stream_append(
+	struct pen_sha256_stream *stream, const void *data, size_t size, struct pen_error *err);
+
+/* Of all that was appended; the stream then begins anew. */
+void pen_sha256_stream_take(struct pen_sha256_stream *stream, struct pen_sha256 *ret_digest);
+
 /* Lower-case hex; ret_text holds PEN_SHA256_TEXT characters. */
 void pen_sha256_format(const struct pen_sha256 *digest, char *ret_text);
 
