@@ -354,6 +354,35 @@ static void add_background(struct pen_pass *pass, const struct pen_paths *paths,
 	test_and_gather(pass, paths, points, &in, sum);
 }
 
+/* The environment by its picture, for all that lobes could find it with too. */
+static void add_environment(struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct pen_gathered *sum)
+{
+	const struct pen_environment *environment = pass->scene->environment;
+	struct incoming in;
+	_Alignas(64) float u[PEN_LANES];
+	_Alignas(64) float v[PEN_LANES];
+
+	in.is_for_diffuse = false;
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_BACKGROUND),
+		PEN_LANES, paths->key, paths->index, u, v);
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_environment_sample from =
+			pen_environment_sample(environment, u[i], v[i]);
+		const struct pen_light_sample sample = {
+			.direction = from.direction,
+			.distance = INFINITY,
+			.strength = from.pdf > 0.0f ? 1.0f : 0.0f,
+			.pdf = pen_max(from.pdf, PEN_TINY),
+		};
+
+		set_incoming(&in, i, &sample,
+			pen_environment_radiance(environment, from.direction, 0.0f));
+		in.competes[i] = 1.0f;
+	}
+	test_and_gather(pass, paths, points, &in, sum);
+}
+
 void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, struct pen_gathered *sum)
 {
@@ -381,8 +410,28 @@ void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 		sample_light(pass, paths, points, light, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
-	if (type == PEN_INTEGRATOR_DISTRIBUTION && !is_black && (points->kinds & MATTES))
+	if (scene->environment)
+		add_environment(pass, paths, points, sum);
+	else if (type == PEN_INTEGRATOR_DISTRIBUTION && !is_black && (points->kinds & MATTES))
 		add_background(pass, paths, points, sum);
+}
+
+static struct pen_vec3 direction_of(const struct pen_rays *rays, int lane)
+{
+	return pen_vec3(rays->direction_x[lane], rays->direction_y[lane], rays->direction_z[lane]);
+}
+
+/* What a ray that hits nothing sees, weighted like lights where a lobe led it there. */
+static struct pen_vec3 seen_environment(
+	const struct pen_environment *environment, const struct pen_paths *paths, int lane)
+{
+	const struct pen_vec3 d = pen_normalize(direction_of(&paths->packet.rays, lane));
+	const float pdf = paths->lobe_pdf[lane];
+
+	if (pdf == 0.0f)
+		return pen_environment_radiance(environment, d, paths->spread[lane]);
+	return pen_scale(pen_environment_radiance(environment, d, 0.0f),
+		pen_power_heuristic(pdf, pen_environment_pdf(environment, d)));
 }
 
 static float seen_weight(const struct pen_render_scene *scene, const struct pen_paths *paths,
@@ -391,8 +440,7 @@ static float seen_weight(const struct pen_render_scene *scene, const struct pen_
 	const struct pen_rays *rays = &paths->packet.rays;
 	const struct pen_vec3 origin = {
 		rays->origin_x[lane], rays->origin_y[lane], rays->origin_z[lane]};
-	const struct pen_vec3 direction = {
-		rays->direction_x[lane], rays->direction_y[lane], rays->direction_z[lane]};
+	const struct pen_vec3 direction = direction_of(rays, lane);
 	const float chance = scene->chooses_light ? scene->choice.chance[light] : 1.0f;
 	float rival;
 
@@ -435,10 +483,12 @@ void pen_direct_seen(const struct pen_pass *pass, const struct pen_paths *paths,
 		const bool is_light = points->kind[i] == PEN_KIND_LIGHT && !points->backside[i];
 		const bool is_miss =
 			points->kind[i] == PEN_KIND_NOTHING && rays->tnear[i] <= rays->tfar[i];
-		const struct pen_vec3 color =
+		struct pen_vec3 color =
 			is_light ? scene->lights[points->light[i]].color : scene->background;
 		float weight = is_miss ? 1.0f : 0.0f;
 
+		if (is_miss && scene->environment)
+			color = seen_environment(scene->environment, paths, i);
 		if (is_light)
 			weight = seen_weight(scene, paths, points->light[i], i);
 		sum->red[i] += paths->red[i] * color.x * weight;

@@ -16,7 +16,7 @@ struct pen_paths {
 	float blue[PEN_LANES];
 	float lobe_pdf[PEN_LANES]; /* with which the ray's direction was sampled; 0: no light
 				      sampling could have found it */
-	/* What a sample sees, in scenes with textures: a cone about the ray. */
+	/* What a sample sees, in scenes with textures or an environment: a cone about the ray. */
 	float width[PEN_LANES];	   /* at its origin */
 	float spread[PEN_LANES];   /* what a length of 1 adds */
 	uint32_t slot[PEN_LANES];  /* of the sample, within the batch */

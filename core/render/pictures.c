@@ -11,7 +11,8 @@
 struct pen_pictures {
 	struct pen_mipmap **mipmaps; /* two a picture: as it is stored, and from sRGB; or NULL */
 	uint32_t *textures;	     /* mipmap of each texture */
-	uint32_t picture_count, background;
+	uint32_t picture_count;
+	struct pen_environment *environment; /* NULL without a background */
 	uint64_t bytes;
 };
 
@@ -96,6 +97,11 @@ static uint32_t mipmap_of(const struct pen_texture_desc *texture)
 	return 2 * texture->picture + (texture->is_srgb ? 1 : 0);
 }
 
+static uint32_t mipmap_of_background(const struct pen_scene *scene)
+{
+	return 2 * scene->background.picture + 1;
+}
+
 static int allocate(struct pen_pictures *pictures, const struct pen_scene *scene, bool **ret_wanted,
 	struct pen_error *err)
 {
@@ -111,9 +117,8 @@ static int allocate(struct pen_pictures *pictures, const struct pen_scene *scene
 		pictures->textures[i] = mipmap_of(&scene->textures[i]);
 		wanted[pictures->textures[i]] = true;
 	}
-	pictures->background = scene->background.picture;
-	if (pictures->background != PEN_NO_INDEX)
-		wanted[2 * pictures->background + 1] = true;
+	if (scene->background.picture != PEN_NO_INDEX)
+		wanted[mipmap_of_background(scene)] = true;
 	return 0;
 }
 
@@ -126,6 +131,9 @@ int pen_pictures_load(const struct pen_scene *scene, const struct pen_blob *blob
 
 	if (r == 0)
 		r = load_wanted(pictures, scene, blobs, wanted, errors, err);
+	if (r == 0 && scene->background.picture != PEN_NO_INDEX)
+		r = pen_environment_create(pictures->mipmaps[mipmap_of_background(scene)],
+			&scene->background, &pictures->environment, err);
 	free(wanted);
 	if (r < 0)
 		pen_pictures_destroy(pictures);
@@ -138,6 +146,7 @@ void pen_pictures_destroy(struct pen_pictures *pictures)
 {
 	if (!pictures)
 		return;
+	pen_environment_destroy(pictures->environment);
 	for (uint32_t i = 0; pictures->mipmaps && i < 2 * pictures->picture_count; i++)
 		pen_mipmap_destroy(pictures->mipmaps[i]);
 	free(pictures->mipmaps);
@@ -150,9 +159,7 @@ const struct pen_mipmap *pen_pictures_texture(const struct pen_pictures *picture
 	return pictures->mipmaps[pictures->textures[texture]];
 }
 
-const struct pen_mipmap *pen_pictures_background(const struct pen_pictures *pictures)
+const struct pen_environment *pen_pictures_environment(const struct pen_pictures *pictures)
 {
-	return pictures && pictures->background != PEN_NO_INDEX
-		       ? pictures->mipmaps[2 * pictures->background + 1]
-		       : NULL;
+	return pictures ? pictures->environment : NULL;
 }

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/image/mipmap.h"
+#include "core/render/environment.h"
 #include "core/scene/desc.h"
 
 #include <stdint.h>
@@ -12,8 +13,8 @@ struct pen_scene_errors;
 
 /*
  * The decoded pictures of a scene: one mipmap for each of its textures (textures of one picture
- * and encoding share theirs), one for its background. Made before the renderer's scene and kept as
- * long; processes share it.
+ * and encoding share theirs), and the environment of its background. Made before the renderer's
+ * scene and kept as long; processes share it.
  */
 struct pen_pictures;
 
@@ -30,7 +31,7 @@ void pen_pictures_destroy(struct pen_pictures *pictures);
 const struct pen_mipmap *pen_pictures_texture(
 	const struct pen_pictures *pictures, uint32_t texture);
 
-/* Of the background, linear light; NULL without one. */
-const struct pen_mipmap *pen_pictures_background(const struct pen_pictures *pictures);
+/* Of the background; NULL without one. */
+const struct pen_environment *pen_pictures_environment(const struct pen_pictures *pictures);
 
 #endif

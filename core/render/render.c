@@ -53,7 +53,7 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 	r = queue_create(&wavefront->now, packets * growth, err);
 	if (r == 0)
 		r = queue_create(&wavefront->next, packets * growth, err);
-	wavefront->now.has_cones = wavefront->next.has_cones = scene->has_textures;
+	wavefront->now.has_cones = wavefront->next.has_cones = scene->has_cones;
 	wavefront->now.sample_share = wavefront->next.sample_share = scene->sample_share;
 	wavefront->radiance = calloc(3 * (packets * PEN_LANES + 1ul), sizeof(float));
 	wavefront->firsts = calloc(packets * PEN_LANES + 1ul, sizeof *wavefront->firsts);

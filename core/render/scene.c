@@ -118,6 +118,7 @@ static int create_tables(struct pen_render_scene *scene, struct pen_error *err)
 {
 	int r = pen_surfaces_create(scene, err);
 
+	scene->has_cones = scene->has_textures || scene->environment;
 	if (r == 0)
 		r = create_targets(scene, err);
 	if (r == 0)
@@ -147,6 +148,7 @@ static int scene_new(const struct pen_scene *desc, const struct pen_pictures *pi
 	scene->frame = frame;
 	scene->kernel = kernel;
 	scene->background = pen_vec3_load(desc->background.color);
+	scene->environment = pen_pictures_environment(pictures);
 	*ret_scene = scene;
 	return 0;
 }

@@ -79,7 +79,9 @@ struct pen_render_scene {
 	uint32_t light_count;
 	struct pen_light_choice choice; /* of the lights when they are too many to sample all */
 	bool chooses_light;
-	struct pen_vec3 background;
+	struct pen_vec3 background;		   /* where there is no environment */
+	const struct pen_environment *environment; /* or NULL */
+	bool has_cones;				   /* paths know what a sample sees */
 };
 
 /*
