@@ -59,24 +59,37 @@ int pen_source_asset_read(const struct pen_source *source, const char *path, str
 	return r;
 }
 
-/* Takes path, which is NULL for the held bytes; ret_text has ASSET_TEXT characters. */
+static bool is_known(const struct pen_source *source, const struct pen_sha256 *sha256)
+{
+	for (size_t i = 0; i < source->asset_count; i++)
+		if (pen_sha256_equal(&source->assets[i].sha256, sha256))
+			return true;
+	return false;
+}
+
+/*
+ * Takes path, which is NULL for the held bytes; ret_text has ASSET_TEXT characters. A file that
+ * stands in several places is entered once.
+ */
 static int asset_add(struct pen_source *source, const struct pen_buf *bytes, char *path,
 	char *ret_text, struct pen_error *err)
 {
 	struct pen_source_asset asset = {.path = path}, *assets;
 	int r = pen_sha256_of(bytes->size ? bytes->data : "", bytes->size, &asset.sha256, err);
 
-	if (r < 0) {
+	if (r < 0 || is_known(source, &asset.sha256)) {
 		free(path);
+	} else {
+		assets = reallocarray(source->assets, source->asset_count + 1, sizeof *assets);
+		if (!assets) {
+			free(path);
+			return pen_error_memory(err);
+		}
+		source->assets = assets;
+		assets[source->asset_count++] = asset;
+	}
+	if (r < 0)
 		return r;
-	}
-	assets = reallocarray(source->assets, source->asset_count + 1, sizeof *assets);
-	if (!assets) {
-		free(path);
-		return pen_error_memory(err);
-	}
-	source->assets = assets;
-	assets[source->asset_count++] = asset;
 	memcpy(ret_text, hash_prefix, sizeof hash_prefix);
 	pen_sha256_format(&asset.sha256, ret_text + sizeof hash_prefix - 1);
 	return 0;

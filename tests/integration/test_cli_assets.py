@@ -64,6 +64,16 @@ def test_paths_become_hashes_and_only_missing_files_are_sent(tmp_path):
         "objects": [{"type": "sphere"}, {"type": "gltf", "asset": name_of(GLB)}]}
 
 
+def test_a_file_in_several_places_is_sent_once(tmp_path):
+    path = write(tmp_path, {"background": {"image": "a"}, "textures": {"t": {"image": "a"},
+                                                                       "u": {"image": "b"}}},
+                 a=b"sun", b=b"sun")
+    run, requests = submit(path, [name_of(b"sun")])
+    assert run.returncode == 0
+    assert json.loads(requests[0][2]) == {"assets": [name_of(b"sun")]}
+    assert [method for method, _, _ in requests] == ["POST", "PUT", "POST"]
+
+
 def test_a_scene_from_standard_input_has_its_files_in_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "sky").write_bytes(b"sun")
     monkeypatch.chdir(tmp_path)
