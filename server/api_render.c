@@ -3,6 +3,7 @@
 
 #include "core/base/clock.h"
 #include "server/fields.h"
+#include "server/report.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -41,17 +42,6 @@ static json_t *time_or_null(int64_t wall_ms)
 		return json_null();
 	pen_clock_format(wall_ms, text, sizeof text);
 	return json_string_nocheck(text);
-}
-
-static json_t *errors_json(const struct pen_scene_errors *errors)
-{
-	json_t *list = json_array();
-
-	for (size_t i = 0; errors && i < errors->count; i++)
-		(void)json_array_append_new(
-			list, json_pack("{s:s, s:s}", "pointer", errors->items[i].pointer, "detail",
-				      errors->items[i].detail));
-	return list;
 }
 
 static json_t *links_json(const struct pen_job *job)
@@ -124,9 +114,9 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	set(tree, "class", text_or_null(job->equivalence_class));
 	set(tree, "content", text_or_null(job->content));
 	set(tree, "restarts", json_integer(job->restarts));
-	set(tree, "warnings", json_array());
+	set(tree, "warnings", pen_report_json(job->warnings));
 	set(tree, "error", failed ? json_string(job->error.text) : json_null());
-	set(tree, "errors", errors_json(job->errors));
+	set(tree, "errors", pen_report_json(failed ? job->errors : NULL));
 	set(tree, "links", links_json(job));
 	return tree;
 }

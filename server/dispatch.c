@@ -295,6 +295,12 @@ enum pen_dispatch_outcome pen_dispatch_failure(
 	return fault == PEN_SCHED_FAULT_OWN ? PEN_OUTCOME_BAD : PEN_OUTCOME_RETURNED;
 }
 
+void pen_dispatch_report(struct pen_dispatch *dispatch, const struct pen_msg_scene_report *report)
+{
+	if (!dispatch->stopped)
+		dispatch->jobs.reported(dispatch->jobs.user, report);
+}
+
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch)
 {
 	return pen_sched_waiting(dispatch->sched);

@@ -29,6 +29,8 @@ struct pen_dispatch_jobs {
 		float *pixels);
 	/* The dispatch has forgotten the job; reason of a failed one. */
 	void (*ended)(void *user, uint64_t number, enum pen_dispatch_end end, const char *reason);
+	/* A worker has built a job's scene, or cannot: any job, known or not. */
+	void (*reported)(void *user, const struct pen_msg_scene_report *report);
 	void *user;
 };
 
@@ -85,6 +87,8 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	uint64_t *ret_samples);
 enum pen_dispatch_outcome pen_dispatch_failure(
 	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure);
+
+void pen_dispatch_report(struct pen_dispatch *dispatch, const struct pen_msg_scene_report *report);
 
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch);
 uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch);

@@ -191,6 +191,7 @@ static void handle_welcomed(struct worker *worker, const struct pen_msg *msg)
 	case PEN_FRAME_HEARTBEAT:
 		pen_dispatch_progress(dispatch, worker->shown.id, &msg->u.heartbeat);
 		break;
+	case PEN_FRAME_SCENE_REPORT: pen_dispatch_report(dispatch, &msg->u.scene_report); break;
 	case PEN_FRAME_DRAIN:
 		worker->shown.draining = true;
 		pen_dispatch_drain_worker(dispatch, worker->shown.id);

@@ -3,6 +3,7 @@
 
 #include "core/base/clock.h"
 #include "server/accept.h"
+#include "server/job_texts.h"
 #include "server/plan.h"
 #include "server/run.h"
 #include "server/store.h"
@@ -331,21 +332,16 @@ static int load_job(void *user, const struct pen_job *stored, struct pen_error *
 {
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = calloc(1, sizeof *run);
-	int r = 0;
+	int r;
 
 	if (!run)
 		return pen_error_memory(err);
 	run->job = *stored;
-	run->job.name = stored->name ? strdup(stored->name) : NULL;
-	run->job.equivalence_class =
-		stored->equivalence_class ? strdup(stored->equivalence_class) : NULL;
+	r = pen_job_texts_copy(&run->job, err);
 	run->job.eta_seconds = -1;
 	run->passed = run->job.frames_done;
 	/* Above whatever an earlier coordinator may have told. */
 	run->job.revision = (uint64_t)pen_clock_wall_ms();
-	if ((stored->name && !run->job.name) ||
-		(stored->equivalence_class && !run->job.equivalence_class))
-		r = pen_error_memory(err);
 	if (r == 0)
 		r = pen_job_table_add(&jobs->table, &run->job, err);
 	if (r < 0) {

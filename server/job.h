@@ -61,10 +61,11 @@ struct pen_job {
 	int64_t created_ms, started_ms, finished_ms;
 	double eta_seconds; /* < 0: unknown */
 	uint32_t restarts;
-	struct pen_error error;		 /* of a failed one */
-	struct pen_scene_errors *errors; /* of a failed one, or NULL */
-	uint64_t revision;		 /* rises with each change of anything above */
-	uint64_t image_revision;	 /* rises with each merged tile; 0 = nothing rendered */
+	struct pen_error error;	 /* of a failed one */
+	char *errors;		 /* of its scene: see server/report.h; NULL = none */
+	char *warnings;		 /* likewise */
+	uint64_t revision;	 /* rises with each change of anything above */
+	uint64_t image_revision; /* rises with each merged tile; 0 = nothing rendered */
 };
 
 /* Over all pixels of all frames. */

@@ -3,6 +3,8 @@
 
 #include "core/base/clock.h"
 #include "core/base/log.h"
+#include "server/job_texts.h"
+#include "server/report.h"
 #include "server/store.h"
 
 #include <assert.h>
@@ -65,8 +67,7 @@ void pen_run_destroy(struct pen_run *run)
 	if (!run)
 		return;
 	drop_frames(run);
-	free(run->job.name);
-	free(run->job.equivalence_class);
+	pen_job_texts_free(&run->job);
 	free(run);
 }
 
@@ -559,6 +560,26 @@ static void dispatch_merge(void *user, uint64_t number, uint32_t frame_number, u
 		pen_run_give_up(run, &err);
 }
 
+/* The same scene says the same to every worker: the first report counts. */
+static void dispatch_reported(void *user, const struct pen_msg_scene_report *report)
+{
+	struct pen_jobs *jobs = user;
+	struct pen_run *run = pen_run_find(jobs, report->job);
+
+	if (!run || !pen_sha256_equal(&run->job.scene_sha256, &report->scene_sha256) ||
+		pen_job_is_over(run->job.state) || run->ending)
+		return;
+	if (report->error_count > 0 && !run->job.errors) {
+		run->job.errors = pen_report_errors(report);
+		run->job.revision++;
+	}
+	if (report->warning_count > 0 && !run->job.warnings) {
+		run->job.warnings = pen_report_warnings(report);
+		run->job.revision++;
+		store_row(jobs, run);
+	}
+}
+
 static void handle_reset(void *user, const struct pen_error *err)
 {
 	struct pen_change *change = user;
@@ -632,8 +653,8 @@ static void dispatch_ended(
 
 void pen_run_connect(struct pen_jobs *jobs)
 {
-	struct pen_dispatch_jobs calls = {
-		dispatch_find, dispatch_started, dispatch_merge, dispatch_ended, jobs};
+	struct pen_dispatch_jobs calls = {dispatch_find, dispatch_started, dispatch_merge,
+		dispatch_ended, dispatch_reported, jobs};
 
 	pen_dispatch_connect_jobs(jobs->options.dispatch, &calls);
 }

@@ -46,4 +46,9 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE frame_tiles RENAME TO tiles;"
 	"PRAGMA user_version = 3;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN errors TEXT;"
+	"ALTER TABLE jobs ADD COLUMN warnings TEXT;"
+	"PRAGMA user_version = 4;"
+	"COMMIT;",
 };

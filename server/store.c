@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "server/durable.h"
+#include "server/job_texts.h"
 #include "server/scene_file.h"
 #include "server/schema.h"
 
@@ -26,10 +27,11 @@ static const char *const statement_texts[] = {
 	" width, height, crop_x0, crop_y0, crop_x1, crop_y1, tile_px, samples, exposure,"
 	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
 	" restarts, error_code, error_text, image_revision, aovs, mode, threshold, error,"
-	" confidence, min_samples, frame_first, frame_count, frames_done)"
+	" confidence, min_samples, frame_first, frame_count, frames_done, errors,"
+	" warnings)"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
 	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34,"
-	" ?35, ?36, ?37)",
+	" ?35, ?36, ?37, ?38, ?39)",
 	"INSERT OR REPLACE INTO tiles (job, frame, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4, ?5)",
 	"DELETE FROM tiles WHERE job = ?1",
 	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
@@ -76,7 +78,7 @@ static const char load_jobs[] =
 	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
 	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
 	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples,"
-	" frame_first, frame_count, frames_done FROM jobs ORDER BY number";
+	" frame_first, frame_count, frames_done, errors, warnings FROM jobs ORDER BY number";
 static const char load_tiles[] = "SELECT frame, tile, rounds, xxh3 FROM tiles WHERE job = ?1";
 static const char load_removed[] = "SELECT id FROM removed";
 
@@ -141,8 +143,7 @@ static struct request *list_take_all(struct request_list *list)
 
 static void request_destroy(struct request *request)
 {
-	free(request->job.name);
-	free(request->job.equivalence_class);
+	pen_job_texts_free(&request->job);
 	free(request->text);
 	free(request->tiles);
 	free(request);
@@ -231,6 +232,8 @@ static int put_job(struct pen_store *store, const struct pen_job *job, struct pe
 	bind_number(statement, 35, job->frame_first);
 	bind_number(statement, 36, job->frame_count);
 	bind_number(statement, 37, job->frames_done);
+	bind_text(statement, 38, job->errors);
+	bind_text(statement, 39, job->warnings);
 	return run(store, PUT_JOB, NULL, err);
 }
 
@@ -412,11 +415,7 @@ static struct request *request_create(
 	if (!request)
 		return NULL;
 	*request = (struct request){.type = type, .job = *job, .fn = fn, .user = user};
-	request->job.name = job->name ? strdup(job->name) : NULL;
-	request->job.equivalence_class =
-		job->equivalence_class ? strdup(job->equivalence_class) : NULL;
-	if ((job->name && !request->job.name) ||
-		(job->equivalence_class && !request->job.equivalence_class)) {
+	if (pen_job_texts_copy(&request->job, NULL) < 0) {
 		request_destroy(request);
 		return NULL;
 	}
@@ -500,8 +499,13 @@ static bool frames_valid(const struct pen_job *job)
 	       job->frames_done <= job->frame_count;
 }
 
-/* name and class are the row's; false when the row is not one this program has written. */
-static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name, char **ret_class)
+static char *column_text(sqlite3_stmt *row, int column)
+{
+	return (char *)(uintptr_t)sqlite3_column_text(row, column);
+}
+
+/* The texts are the row's; false when the row is not one this program has written. */
+static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job)
 {
 	struct pen_rect crop = {column_count(row, 10), column_count(row, 11), column_count(row, 12),
 		column_count(row, 13)};
@@ -545,9 +549,11 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job, char **ret_name
 		return false;
 	memcpy(&job.scene_sha256, sqlite3_column_blob(row, 4), sizeof job.scene_sha256);
 	pen_tiling_init(&job.tiling, crop, tile_px);
+	job.name = column_text(row, 3);
+	job.equivalence_class = column_text(row, 5);
+	job.errors = column_text(row, 37);
+	job.warnings = column_text(row, 38);
 	*ret_job = job;
-	*ret_name = (char *)(uintptr_t)sqlite3_column_text(row, 3);
-	*ret_class = (char *)(uintptr_t)sqlite3_column_text(row, 5);
 	return true;
 }
 
@@ -588,7 +594,7 @@ static int visit_job(struct pen_store *store, const struct pen_store_visitor *vi
 	struct pen_job job;
 	int r;
 
-	if (!read_job(row, &job, &job.name, &job.equivalence_class))
+	if (!read_job(row, &job))
 		return pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
 			(unsigned long long)column_number(row, 0));
 	r = visitor->job(visitor->user, &job, err);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/limits.h"
 #include "server/data_dir.h"
+#include "server/job_texts.h"
 #include "server/scene_file.h"
 #include "server/store.h"
 
@@ -38,11 +39,8 @@ static int note_job(void *user, const struct pen_job *job, struct pen_error *err
 	struct fixture *fixture = user;
 	struct pen_job *copy = &fixture->jobs[fixture->job_count++];
 
-	(void)err;
 	*copy = *job;
-	copy->name = job->name ? strdup(job->name) : NULL;
-	copy->equivalence_class = job->equivalence_class ? strdup(job->equivalence_class) : NULL;
-	return 0;
+	return pen_job_texts_copy(copy, err);
 }
 
 static int note_tile(
@@ -67,10 +65,8 @@ static int note_removed(void *user, const char *id, struct pen_error *err)
 
 static void forget_loaded(struct fixture *fixture)
 {
-	for (size_t i = 0; i < fixture->job_count; i++) {
-		free(fixture->jobs[i].name);
-		free(fixture->jobs[i].equivalence_class);
-	}
+	for (size_t i = 0; i < fixture->job_count; i++)
+		pen_job_texts_free(&fixture->jobs[i]);
 	fixture->job_count = fixture->tile_count = 0;
 	fixture->removed[0] = '\0';
 }
@@ -202,6 +198,7 @@ static void test_round_trip(void **state)
 
 	job.name = strdup("a \"name\"");
 	job.equivalence_class = strdup("1/x86-64-v3/embree-3.13.5/AMD");
+	job.warnings = strdup("[\"first\",\"second\"]");
 	job.state = PEN_JOB_RUNNING;
 	job.samples_done = UINT64_C(1) << 40;
 	job.restarts = 2;
@@ -213,6 +210,8 @@ static void test_round_trip(void **state)
 	assert_string_equal(loaded->id, job.id);
 	assert_string_equal(loaded->name, job.name);
 	assert_string_equal(loaded->equivalence_class, job.equivalence_class);
+	assert_string_equal(loaded->warnings, job.warnings);
+	assert_null(loaded->errors);
 	assert_int_equal(loaded->state, PEN_JOB_RUNNING);
 	assert_memory_equal(&loaded->tiling, &job.tiling, sizeof job.tiling);
 	assert_memory_equal(&loaded->scene_sha256, &job.scene_sha256, sizeof job.scene_sha256);
@@ -225,8 +224,26 @@ static void test_round_trip(void **state)
 	/* Merges that were not stored may have been shown: their revisions are not used again. */
 	assert_true(loaded->image_revision > job.image_revision + job.units_total);
 	assert_true(has_scene(fixture, &job.scene_sha256));
-	free(job.name);
-	free(job.equivalence_class);
+	pen_job_texts_free(&job);
+}
+
+/* Broken by: losing what was wrong with the scene of a failed job, or what was left out of it. */
+static void test_reports(void **state)
+{
+	struct fixture *fixture = *state;
+	struct pen_job job = make_job(1, "{}");
+	char errors[] = "[{\"pointer\":\"/objects/0\",\"detail\":\"broken\"}]";
+	char warnings[] = "[\"left out\"]";
+
+	add_job(fixture, &job, "{}");
+	job.state = PEN_JOB_FAILED;
+	job.errors = errors;
+	job.warnings = warnings;
+	assert_int_equal(pen_store_update_job(fixture->store, &job, note_answer, fixture, NULL), 0);
+	wait_answers(fixture, 2);
+	reopen(fixture);
+	assert_string_equal(fixture->jobs[0].errors, errors);
+	assert_string_equal(fixture->jobs[0].warnings, warnings);
 }
 
 /*
@@ -371,6 +388,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup_teardown(test_round_trip, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_reports, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_tiles, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_remove, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_kill, set_up, tear_down),
