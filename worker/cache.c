@@ -12,7 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000 };
+enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000, TOLD_MAX = 8 };
 
 enum entry_state {
 	ENTRY_FREE,
@@ -35,6 +35,9 @@ struct entry {
 	uint32_t failures;    /* processes in a row that ended while building */
 	enum pen_fault fault; /* of a failed one */
 	char reason[PEN_REASON_MAX];
+	struct pen_findings findings;
+	uint64_t told[TOLD_MAX]; /* renders whose owner knows the findings, the last ones */
+	uint32_t told_count;
 };
 
 struct pen_cache {
@@ -94,6 +97,7 @@ static void clear(struct entry *entry)
 {
 	drop_host(entry);
 	drop_text(entry);
+	pen_findings_finish(&entry->findings);
 	*entry = (struct entry){.state = ENTRY_FREE, .text = -1};
 }
 
@@ -112,6 +116,12 @@ static void fail(
 	cache->events->changed(cache->user);
 }
 
+static void take_findings(struct entry *entry)
+{
+	pen_findings_finish(&entry->findings);
+	entry->findings = pen_host_take_findings(entry->host);
+}
+
 static void handle_ready(void *user, struct pen_host *host)
 {
 	struct pen_cache *cache = user;
@@ -119,6 +129,7 @@ static void handle_ready(void *user, struct pen_host *host)
 
 	if (!entry)
 		return;
+	take_findings(entry);
 	entry->state = ENTRY_READY;
 	entry->failures = 0;
 	cache->events->changed(cache->user);
@@ -131,6 +142,7 @@ static void handle_failed(void *user, struct pen_host *host, const char *reason)
 
 	if (!entry)
 		return;
+	take_findings(entry);
 	pen_host_ended(host, PEN_FAULT_SCENE, reason);
 	fail(cache, entry, PEN_FAULT_SCENE, reason);
 }
@@ -235,6 +247,31 @@ enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha25
 	return PEN_DEMAND_FAILED;
 }
 
+static bool note_told(struct entry *entry, uint64_t job)
+{
+	for (uint32_t i = 0; i < TOLD_MAX && i < entry->told_count; i++)
+		if (entry->told[i] == job)
+			return false;
+	entry->told[entry->told_count++ % TOLD_MAX] = job;
+	return true;
+}
+
+bool pen_cache_report(struct pen_cache *cache, const struct pen_sha256 *sha256, uint64_t job,
+	struct pen_msg_scene_report *ret_report)
+{
+	struct pen_msg_scene_report report = {.job = job, .scene_sha256 = *sha256};
+	struct entry *entry = find(cache, sha256);
+
+	if (entry && entry->state == ENTRY_FAILED)
+		pen_findings_report_errors(&entry->findings, &report);
+	if (entry && entry->state == ENTRY_READY)
+		pen_findings_report_warnings(&entry->findings, &report);
+	if (report.error_count + report.warning_count == 0 || !note_told(entry, job))
+		return false;
+	*ret_report = report;
+	return true;
+}
+
 /* Whether the bytes are what their name says. Seals them. */
 static int check_text(const struct entry *entry, struct pen_error *err)
 {
@@ -299,9 +336,11 @@ void pen_cache_receive(struct pen_cache *cache, const struct pen_msg *scene_data
 
 void pen_cache_disconnect(struct pen_cache *cache)
 {
-	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
+	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++) {
+		cache->entries[i].told_count = 0;
 		if (cache->entries[i].state == ENTRY_FETCHING)
 			clear(&cache->entries[i]);
+	}
 }
 
 static void end_spare(struct pen_cache *cache, const char *reason)

@@ -50,10 +50,18 @@ enum pen_demand { PEN_DEMAND_READY, PEN_DEMAND_WAIT, PEN_DEMAND_FAILED };
 enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha256 *sha256,
 	uint32_t frame, struct pen_host **ret_host, struct pen_msg_failure *ret_failure);
 
+/*
+ * What a render's owner has to be told of a scene that is ready or has failed, once for each
+ * render: true and *ret_report, whose texts are valid until the next call; false when there is
+ * nothing to tell, or it has been told.
+ */
+bool pen_cache_report(struct pen_cache *cache, const struct pen_sha256 *sha256, uint64_t job,
+	struct pen_msg_scene_report *ret_report);
+
 /* A piece of a text, or that there is none, has arrived. */
 void pen_cache_receive(struct pen_cache *cache, const struct pen_msg *scene_data);
 
-/* The connection is gone: texts that were on their way are forgotten. */
+/* The connection is gone: texts that were on their way are forgotten, and what has been told. */
 void pen_cache_disconnect(struct pen_cache *cache);
 
 /* The zygote tells that scene process id has ended. */

@@ -24,8 +24,10 @@ enum pen_control_type {
 	PEN_CONTROL_START, /* fork the render process of slot id for frame, in place of the one
 			      before; attached: its channel */
 	/* scene process to pool */
-	PEN_CONTROL_READY,  /* the scene has been built */
-	PEN_CONTROL_FAILED, /* it, or a frame of it, cannot be: reason */
+	PEN_CONTROL_ERROR,   /* before FAILED: something wrong with the scene at pointer: reason */
+	PEN_CONTROL_WARNING, /* before READY: something of its assets is left out: reason */
+	PEN_CONTROL_READY,   /* the scene has been built */
+	PEN_CONTROL_FAILED,  /* it, or a frame of it, cannot be: reason */
 	/* zygote and scene process to pool: a child (id) ended or was stopped: wait status */
 	PEN_CONTROL_CHILD
 };
@@ -35,10 +37,11 @@ struct pen_control {
 	uint32_t id;
 	int32_t status;
 	uint32_t frame;
-	uint32_t serial;  /* of START; CHILD of a scene process repeats it */
-	char reason[492]; /* ends in NUL */
+	uint32_t serial; /* of START; CHILD of a scene process repeats it */
+	char pointer[PEN_SCENE_ERROR_BYTES_MAX + 1];  /* ends in NUL */
+	char reason[PEN_SCENE_WARNING_BYTES_MAX + 1]; /* ends in NUL */
 };
-static_assert(sizeof(struct pen_control) == 512, "no padding");
+static_assert(sizeof(struct pen_control) == 788, "no padding");
 
 /* pool to render process; the answer to each is one pen_answer. */
 struct pen_order {

@@ -2,6 +2,7 @@
 #include "worker/host.h"
 
 #include "core/base/clock.h"
+#include "core/base/text.h"
 #include "worker/blame.h"
 #include "worker/memory.h"
 #include "worker/watch.h"
@@ -58,6 +59,7 @@ struct pen_host {
 	const struct pen_result *results;
 	size_t results_size;
 	bool ready, hangs;
+	struct pen_findings findings;
 	struct slot slots[];
 };
 
@@ -204,6 +206,37 @@ static void handle_child(struct pen_host *host, uint32_t index, int status)
 	lose(slot, fault, reason);
 }
 
+/* false when it makes no sense. */
+static bool take_control(struct pen_host *host, const struct pen_control *control)
+{
+	switch (control->type) {
+	case PEN_CONTROL_CHILD:
+		if (control->id >= host->slot_count)
+			return false;
+		if (control->serial == host->slots[control->id].serial)
+			handle_child(host, control->id, control->status);
+		return true;
+	case PEN_CONTROL_ERROR:
+	case PEN_CONTROL_WARNING:
+		if (host->ready)
+			return false;
+		pen_findings_add(&host->findings, control);
+		return true;
+	case PEN_CONTROL_READY:
+		if (host->ready)
+			return false;
+		host->ready = true;
+		for (uint32_t i = 0; i < host->slot_count; i++)
+			start(&host->slots[i]);
+		host->events->ready(host->user, host);
+		return true;
+	case PEN_CONTROL_FAILED:
+		host->events->failed(host->user, host, control->reason);
+		return true;
+	default: return false;
+	}
+}
+
 static void handle_control(void *user)
 {
 	struct pen_host *host = user;
@@ -214,18 +247,13 @@ static void handle_control(void *user)
 		pen_watch_fd(host->control), &control, sizeof control, NULL, 0, NULL);
 	if (r == PEN_EAGAIN)
 		return;
-	control.reason[sizeof control.reason - 1] = '\0';
-	if (r == 0 && control.type == PEN_CONTROL_CHILD && control.id < host->slot_count) {
-		if (control.serial == host->slots[control.id].serial)
-			handle_child(host, control.id, control.status);
-	} else if (r == 0 && control.type == PEN_CONTROL_READY && !host->ready) {
-		host->ready = true;
-		for (uint32_t i = 0; i < host->slot_count; i++)
-			start(&host->slots[i]);
-		host->events->ready(host->user, host);
-	} else if (r == 0 && control.type == PEN_CONTROL_FAILED) {
-		host->events->failed(host->user, host, control.reason);
-	} else {
+	if (r == 0) {
+		control.pointer[sizeof control.pointer - 1] = '\0';
+		control.reason[sizeof control.reason - 1] = '\0';
+		/* What the coordinator would refuse must not reach it. */
+		control.reason[pen_text_plain(control.reason)] = '\0';
+	}
+	if (r < 0 || !take_control(host, &control)) {
 		/* It has gone, or it has gone mad; the zygote tells of its end. */
 		(void)pen_zygote_kill(host->zygote, host->id);
 		pen_watch_destroy(host->control);
@@ -295,7 +323,16 @@ void pen_host_destroy(struct pen_host *host)
 	pen_watch_destroy(host->control);
 	if (host->results)
 		(void)munmap((void *)(uintptr_t)host->results, host->results_size);
+	pen_findings_finish(&host->findings);
 	free(host);
+}
+
+struct pen_findings pen_host_take_findings(struct pen_host *host)
+{
+	const struct pen_findings findings = host->findings;
+
+	host->findings = (struct pen_findings){0};
+	return findings;
 }
 
 uint32_t pen_host_id(const struct pen_host *host)

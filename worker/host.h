@@ -5,6 +5,7 @@
 #include "proto/msg.h"
 #include "worker/channel.h"
 #include "worker/config.h"
+#include "worker/findings.h"
 #include "worker/zygote.h"
 
 #include <stdbool.h>
@@ -40,6 +41,9 @@ int pen_host_create(uv_loop_t *loop, const struct pen_zygote *zygote, uint32_t i
 
 /* Ends its processes without a word. */
 void pen_host_destroy(struct pen_host *host);
+
+/* What has been told of the scene so far: it passes to the caller. */
+struct pen_findings pen_host_take_findings(struct pen_host *host);
 
 uint32_t pen_host_id(const struct pen_host *host);
 

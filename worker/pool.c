@@ -135,6 +135,15 @@ static bool start_unit(struct pool *pool, struct lease *lease, struct pen_host *
 	return false;
 }
 
+static void tell_findings(struct pool *pool, const struct lease *lease)
+{
+	struct pen_msg msg = {.type = PEN_FRAME_SCENE_REPORT};
+
+	if (pen_cache_report(
+		    pool->cache, &lease->msg.scene_sha256, lease->msg.job, &msg.u.scene_report))
+		pen_session_send(pool->session, &msg);
+}
+
 /* Gives free slots the units that can be rendered now, and asks for the scenes of the others. */
 static void dispatch(struct pool *pool)
 {
@@ -150,11 +159,15 @@ static void dispatch(struct pool *pool)
 		switch (pen_cache_demand(
 			pool->cache, &lease->msg.scene_sha256, lease->msg.frame, &host, &failure)) {
 		case PEN_DEMAND_READY:
+			tell_findings(pool, lease);
 			if (!start_unit(pool, lease, host))
 				turn_slot(pool, host, lease->msg.frame);
 			break;
 		case PEN_DEMAND_WAIT: break;
-		case PEN_DEMAND_FAILED: fail(pool, lease, failure.fault, failure.reason); break;
+		case PEN_DEMAND_FAILED:
+			tell_findings(pool, lease);
+			fail(pool, lease, failure.fault, failure.reason);
+			break;
 		}
 	}
 }

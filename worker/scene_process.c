@@ -69,11 +69,32 @@ static void tell(const struct scene_process *self, const struct pen_control *con
 		_exit(EXIT_FAILURE);
 }
 
-static void describe(const struct pen_scene_errors *errors, struct pen_error *err)
+/* All of them; the first one is why it fails. */
+static void tell_errors(const struct scene_process *self, const struct pen_scene_errors *errors,
+	struct pen_error *err)
 {
 	if (errors->count > 0)
 		(void)pen_error_set(err, PEN_EINVALID, "%s: %s", errors->items[0].pointer,
 			errors->items[0].detail);
+	for (size_t i = 0; i < errors->count; i++) {
+		struct pen_control control = {.type = PEN_CONTROL_ERROR};
+
+		(void)snprintf(
+			control.pointer, sizeof control.pointer, "%s", errors->items[i].pointer);
+		(void)snprintf(
+			control.reason, sizeof control.reason, "%s", errors->items[i].detail);
+		tell(self, &control);
+	}
+}
+
+static void tell_warnings(const struct scene_process *self, const struct pen_scene *scene)
+{
+	for (uint32_t i = 0; i < scene->warning_count; i++) {
+		struct pen_control control = {.type = PEN_CONTROL_WARNING};
+
+		(void)snprintf(control.reason, sizeof control.reason, "%s", scene->warnings[i]);
+		tell(self, &control);
+	}
 }
 
 /* The scene's memory stays for the life of the process. */
@@ -90,10 +111,12 @@ static int build(struct scene_process *self, const char *text, size_t size, stru
 	if (r == 0) {
 		r = pen_scene_parse(tree, &scene, errors, err);
 		if (r < 0)
-			describe(errors, err);
+			tell_errors(self, errors, err);
 	}
 	if (r == 0)
 		r = pen_render_shot_create(scene, NULL, self->config->isa, &self->shot, err);
+	if (r == 0)
+		tell_warnings(self, scene);
 	json_decref(tree);
 	free(errors);
 	return r;

@@ -21,12 +21,15 @@
 
 enum { PATIENCE_MS = 20000, TILE_PX = 16, SEEDS_MAX = 64 };
 
+/* COORDINATOR_SEED_BROKEN: a scene with members that are none, in two places. */
 static void scene_text(uint32_t seed, char *ret_text, size_t size)
 {
+	const char *extra = seed == COORDINATOR_SEED_BROKEN ? ",\"x\":1" : "";
+
 	(void)snprintf(ret_text, size,
-		"{\"image\":{\"height\":16,\"width\":128},\"sampling\":{\"seed\":%u},\"version\":"
-		"1}",
-		seed);
+		"{\"image\":{\"height\":16,\"width\":128%s},\"sampling\":{\"seed\":%u%s},"
+		"\"version\":1}",
+		extra, seed, extra);
 }
 
 static struct pen_sha256 scene_name(uint32_t seed)

@@ -25,6 +25,8 @@ struct coordinator {
 	uint64_t heartbeat_lease; /* the first one of the last heartbeat; 0 = none */
 };
 
+enum { COORDINATOR_SEED_BROKEN = 666050 };
+
 /* Starts worker-fake with processes render processes, and awaits its Hello. */
 void coordinator_init(struct coordinator *c, const char *processes);
 

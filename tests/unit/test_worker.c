@@ -164,6 +164,40 @@ static void test_deadline(void **state)
 	coordinator_finish(&c);
 }
 
+static void expect_report(struct coordinator *c)
+{
+	const struct pen_msg_scene_report *report =
+		&coordinator_expect(c, PEN_FRAME_SCENE_REPORT)->u.scene_report;
+
+	assert_int_equal(report->job, 7);
+	assert_int_equal(report->error_count, 2);
+	assert_int_equal(report->warning_count, 0);
+	assert_string_equal(report->pointers[0], "/image/x");
+	assert_string_equal(report->pointers[1], "/sampling/x");
+	assert_true(report->details[0][0] != '\0' && report->details[1][0] != '\0');
+}
+
+/* Fails when an error of a scene is lost, or not told before the failure, once a connection. */
+static void test_report(void **state)
+{
+	struct coordinator c;
+
+	(void)state;
+	coordinator_init(&c, "1");
+	coordinator_lease(&c, 1, COORDINATOR_SEED_BROKEN, DEADLINE_MS);
+	coordinator_lease(&c, 2, COORDINATOR_SEED_BROKEN, DEADLINE_MS);
+	expect_report(&c);
+	coordinator_expect_failure(&c, 1, PEN_FAULT_SCENE, "/image/x: ");
+	coordinator_expect_failure(&c, 2, PEN_FAULT_SCENE, "/image/x: ");
+	coordinator_hang_up(&c);
+	coordinator_accept(&c);
+	coordinator_lease(&c, 3, COORDINATOR_SEED_BROKEN, DEADLINE_MS);
+	expect_report(&c);
+	coordinator_expect_failure(&c, 3, PEN_FAULT_SCENE, "/image/x: ");
+	assert_int_equal(c.scenes_served, 1);
+	coordinator_finish(&c);
+}
+
 /* Fails when one of these scenes does anything but end its own units with the right fault. */
 static void test_bad_scenes(void **state)
 {
@@ -380,6 +414,7 @@ int main(void)
 		cmocka_unit_test(test_scene_process_killed),
 		cmocka_unit_test(test_deadline),
 		cmocka_unit_test(test_bad_scenes),
+		cmocka_unit_test(test_report),
 		cmocka_unit_test(test_revoke),
 		cmocka_unit_test(test_reconnect),
 		cmocka_unit_test(test_lease_number_again),
