@@ -13,7 +13,9 @@ enum pen_plane {
 	PEN_PLANE_ALBEDO = 1 << 0, /* 3: red, green, blue of first hits */
 	PEN_PLANE_NORMAL = 1 << 1, /* 3: of first hits, world space */
 	PEN_PLANE_DEPTH = 1 << 2,  /* 2: along the view axis, over hits; the count of hits */
-	PEN_PLANE_MOMENTS = 1 << 3 /* 4: what adaptive sampling estimates its error from */
+	PEN_PLANE_MOMENTS = 1 << 3 /* 3: of each whole aligned block of sixteen samples, the square
+				      of half the difference between its halves' means, compressed
+				      by v / (1 + v): sums are of the variance of a block's mean */
 };
 
 enum { PEN_CHANNEL_COUNT = 3, PEN_CHANNELS_MIN = 4, PEN_CHANNELS_MAX = 16 };
@@ -42,7 +44,7 @@ static inline struct pen_film pen_film_of(uint32_t planes)
 	}
 	if (planes & PEN_PLANE_MOMENTS) {
 		film.moments = film.channels;
-		film.channels += 4;
+		film.channels += 3;
 	}
 	return film;
 }

@@ -183,26 +183,43 @@ static void add_firsts(const struct progress *p, const struct task *task, uint32
 	}
 }
 
+/* What the halves of a block say of its variance. */
+static void add_moments(const float half[3], const float whole[3], float *moments)
+{
+	for (int c = 0; c < 3; c++) {
+		const float a = pen_max(half[c], 0.0f), b = pen_max(whole[c] - half[c], 0.0f);
+		const float difference =
+			0.5f * (a / (BLOCK_SAMPLES / 2 + a) - b / (BLOCK_SAMPLES / 2 + b));
+
+		moments[c] += difference * difference;
+	}
+}
+
 /* Sums a pixel's samples of a task in the order of their indices, then adds the block. */
 static void add_pixel(struct progress *p, const struct task *task, uint32_t x, uint32_t y)
 {
+	const struct pen_film *film = &p->wavefront->film;
 	const struct pen_rect rect = p->unit->rect;
 	const uint32_t lane =
 		task->is_grid ? (y - task->y) * 4 + (x - task->x) : task->first % BLOCK_SAMPLES;
 	const uint32_t stride = task->is_grid ? PEN_LANES : 1;
 	const uint32_t place = task->packet * PEN_LANES + lane;
 	const float *from = p->wavefront->radiance + 3 * (size_t)place;
-	float *pixel =
-		p->pixels + p->wavefront->film.channels *
-				    ((size_t)(y - rect.y0) * pen_rect_width(rect) + (x - rect.x0));
-	float sum[3] = {0};
+	float *pixel = p->pixels + film->channels * ((size_t)(y - rect.y0) * pen_rect_width(rect) +
+							    (x - rect.x0));
+	float sum[3] = {0}, half[3] = {0};
 
-	for (uint32_t i = task->first; i < task->end; i++, from += 3 * (size_t)stride)
+	for (uint32_t i = task->first; i < task->end; i++, from += 3 * (size_t)stride) {
+		if (i % BLOCK_SAMPLES == BLOCK_SAMPLES / 2)
+			memcpy(half, sum, sizeof half);
 		add_sample(p, from, sum);
+	}
 	for (int c = 0; c < 3; c++)
 		pixel[c] += sum[c];
 	pixel[PEN_CHANNEL_COUNT] += (float)(task->end - task->first);
-	if (has_firsts(&p->wavefront->film))
+	if (film->moments && task->end - task->first == BLOCK_SAMPLES)
+		add_moments(half, sum, pixel + film->moments);
+	if (has_firsts(film))
 		add_firsts(p, task, place, stride, pixel);
 }
 
