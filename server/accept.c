@@ -64,6 +64,7 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 		.eta_seconds = -1,
 		.revision = 1,
 	};
+	struct pen_rounds rounds;
 	int r = make_id(job.id, err);
 
 	if (r == 0)
@@ -74,8 +75,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	if (r < 0)
 		return r;
 	pen_tiling_init(&job.tiling, scene->image.crop, tile_px);
-	job.units_total = (uint64_t)job.frame_count * job.tiling.count *
-			  pen_round_count(job.sampling.samples);
+	rounds = pen_sampling_rounds(&job.sampling);
+	job.units_total = (uint64_t)job.frame_count * job.tiling.count * pen_round_count(&rounds);
 	*ret_job = job;
 	return 0;
 }

@@ -5,54 +5,68 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum tile_state { TILE_WAITING, TILE_OUT, TILE_MERGING, TILE_DONE };
+enum tile_state { TILE_WAITING, TILE_OUT, TILE_MERGING, TILE_HELD, TILE_DONE };
 
 struct pen_backlog_tile {
 	enum tile_state state;
 	uint16_t round; /* the next one, so also how many are merged */
 	uint8_t faults, kills;
 	uint32_t epoch;
+	struct pen_demand demand;
 	uint64_t blamed[PEN_BLAME_MAX - 1]; /* the workers of the faults */
 };
 
-static void fill(struct pen_backlog *backlog, const uint16_t *rounds)
+/* Where a tile goes that nobody is at work on. */
+static void place(struct pen_backlog *backlog, uint32_t index)
 {
-	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
-		struct pen_backlog_tile *tile = &backlog->tiles[i];
+	struct pen_backlog_tile *tile = &backlog->tiles[index];
 
-		tile->round = rounds ? rounds[i] : 0;
-		assert(tile->round <= backlog->rounds);
-		if (tile->round == backlog->rounds) {
-			tile->state = TILE_DONE;
-			continue;
-		}
-		backlog->tiles_left++;
-		pen_tile_queue_push(&backlog->waiting, i, tile->round);
+	if (tile->round < tile->demand.rounds) {
+		tile->state = TILE_WAITING;
+		pen_tile_queue_push(&backlog->waiting, index, tile->round);
+	} else if (!tile->demand.is_final) {
+		tile->state = TILE_HELD;
+	} else {
+		tile->state = TILE_DONE;
+		backlog->tiles_left--;
 	}
 }
 
-int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling, uint32_t samples,
-	const uint16_t *rounds, struct pen_error *err)
+static void fill(struct pen_backlog *backlog, const uint16_t *merged)
+{
+	backlog->tiles_left = backlog->tiling.count;
+	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
+		struct pen_backlog_tile *tile = &backlog->tiles[i];
+
+		tile->round = merged ? merged[i] : 0;
+		assert(tile->round <= pen_round_count(&backlog->rounds));
+		tile->demand = pen_demand_first(
+			&backlog->rounds, pen_rect_area(pen_tiling_rect(&backlog->tiling, i)));
+		place(backlog, i);
+	}
+}
+
+int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling,
+	const struct pen_rounds *rounds, const uint16_t *merged, struct pen_error *err)
 {
 	*backlog = (struct pen_backlog){
 		.tiling = *tiling,
-		.samples = samples,
-		.rounds = pen_round_count(samples),
+		.rounds = *rounds,
 		.tiles = calloc(tiling->count, sizeof *backlog->tiles),
 	};
 	if (!backlog->tiles || pen_tile_queue_init(&backlog->waiting, tiling, err) < 0) {
 		pen_backlog_finish(backlog);
 		return pen_error_memory(err);
 	}
-	fill(backlog, rounds);
+	fill(backlog, merged);
 	return 0;
 }
 
 void pen_backlog_restart(struct pen_backlog *backlog)
 {
-	assert(backlog->merging == 0);
+	assert(backlog->merging == 0 && backlog->out == 0);
 	memset(backlog->tiles, 0, backlog->tiling.count * sizeof *backlog->tiles);
-	backlog->tiles_left = 0;
+	backlog->is_asking = false;
 	pen_tile_queue_clear(&backlog->waiting);
 	fill(backlog, NULL);
 }
@@ -64,12 +78,14 @@ void pen_backlog_finish(struct pen_backlog *backlog)
 	backlog->tiles = NULL;
 }
 
-uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t tile)
+uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t index)
 {
-	struct pen_round samples = pen_round_get(backlog->samples, backlog->tiles[tile].round);
+	const struct pen_backlog_tile *tile = &backlog->tiles[index];
+	const struct pen_round samples = pen_round_get(&backlog->rounds, tile->round);
+	const uint64_t area = pen_rect_area(pen_tiling_rect(&backlog->tiling, index));
+	const bool is_last = tile->round + 1 == tile->demand.rounds;
 
-	return pen_rect_area(pen_tiling_rect(&backlog->tiling, tile)) *
-	       (samples.end - samples.first);
+	return (is_last ? tile->demand.pixels : area) * (samples.end - samples.first);
 }
 
 uint32_t pen_backlog_round(const struct pen_backlog *backlog, uint32_t tile)
@@ -96,6 +112,7 @@ uint32_t pen_backlog_take(struct pen_backlog *backlog, uint32_t place)
 
 	assert(backlog->tiles[tile].state == TILE_WAITING);
 	backlog->tiles[tile].state = TILE_OUT;
+	backlog->out++;
 	pen_tile_queue_remove(&backlog->waiting, place);
 	return tile;
 }
@@ -106,6 +123,7 @@ void pen_backlog_return(struct pen_backlog *backlog, uint32_t index)
 
 	assert(tile->state == TILE_OUT);
 	tile->state = TILE_WAITING;
+	backlog->out--;
 	tile->epoch++;
 	pen_tile_queue_push(&backlog->waiting, index, tile->round);
 }
@@ -114,6 +132,7 @@ void pen_backlog_deliver(struct pen_backlog *backlog, uint32_t tile)
 {
 	assert(backlog->tiles[tile].state == TILE_OUT);
 	backlog->tiles[tile].state = TILE_MERGING;
+	backlog->out--;
 	backlog->merging++;
 }
 
@@ -125,13 +144,30 @@ bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t index)
 	backlog->merging--;
 	tile->round++;
 	tile->faults = tile->kills = 0;
-	if (tile->round < backlog->rounds) {
-		tile->state = TILE_WAITING;
-		pen_tile_queue_push(&backlog->waiting, index, tile->round);
+	place(backlog, index);
+	return backlog->tiles_left == 0;
+}
+
+bool pen_backlog_asks(struct pen_backlog *backlog)
+{
+	if (backlog->is_asking || backlog->tiles_left == 0 || backlog->waiting.count > 0 ||
+		backlog->out > 0 || backlog->merging > 0)
 		return false;
+	backlog->is_asking = true;
+	return true;
+}
+
+bool pen_backlog_decided(struct pen_backlog *backlog, const struct pen_demand *demands)
+{
+	backlog->is_asking = false;
+	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
+		struct pen_backlog_tile *tile = &backlog->tiles[i];
+
+		tile->demand = demands[i];
+		if (tile->state == TILE_HELD)
+			place(backlog, i);
 	}
-	tile->state = TILE_DONE;
-	return --backlog->tiles_left == 0;
+	return backlog->tiles_left == 0;
 }
 
 bool pen_backlog_blame(struct pen_backlog *backlog, uint32_t index, uint64_t worker)

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/tile.h"
+#include "server/quota.h"
 #include "server/tile_queue.h"
 
 #include <stdbool.h>
@@ -13,20 +14,25 @@
 /*
  * The units of one frame: a unit is one round of one tile, and a tile's rounds come strictly in
  * order, one at a time: it waits, is out with a worker, merges, and waits again with its next
- * round. Remembers who failed at a unit, and how often.
+ * round. A tile that has what it shall have so far is held until more is decided. Remembers who
+ * failed at a unit, and how often.
  */
 struct pen_backlog {
 	struct pen_tiling tiling;
-	uint32_t samples, rounds;
+	struct pen_rounds rounds;
 	uint32_t tiles_left; /* that lack a round */
 	uint32_t merging;    /* tiles */
+	uint32_t out;	     /* tiles */
+	bool is_asking;	     /* what its tiles shall have further is being decided */
 	struct pen_backlog_tile *tiles;
 	struct pen_tile_queue waiting;
 };
 
-/* rounds: how many of each tile are merged already; NULL: none. Takes all the memory needed. */
-int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling, uint32_t samples,
-	const uint16_t *rounds, struct pen_error *err);
+/*
+ * merged: how many rounds of each tile are merged already; NULL: none. Takes all the memory needed.
+ */
+int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling,
+	const struct pen_rounds *rounds, const uint16_t *merged, struct pen_error *err);
 void pen_backlog_finish(struct pen_backlog *backlog);
 
 /* As after init without rounds, for another frame; nothing is out or merging. */
@@ -53,6 +59,12 @@ void pen_backlog_deliver(struct pen_backlog *backlog, uint32_t tile);
 
 /* It is merged. True when it was the frame's last unit. */
 bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t tile);
+
+/* True, once, when every tile has what it shall have so far and there may be more to come. */
+bool pen_backlog_asks(struct pen_backlog *backlog);
+
+/* What each tile shall have, as far as is decided now. True when no tile lacks anything. */
+bool pen_backlog_decided(struct pen_backlog *backlog, const struct pen_demand *demands);
 
 /* The unit failed on worker by its own fault. False when that was once too often. */
 bool pen_backlog_blame(struct pen_backlog *backlog, uint32_t tile, uint64_t worker);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/canvas.h"
 
+#include "server/decide.h"
+
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -9,14 +11,14 @@
 #include <string.h>
 #include <unistd.h>
 
-enum task_type { TASK_CREATE, TASK_OPEN, TASK_MERGE, TASK_SYNC };
+enum task_type { TASK_CREATE, TASK_OPEN, TASK_MERGE, TASK_DECIDE, TASK_SYNC };
 
 struct task {
 	struct task *next;
 	enum task_type type;
 	uint32_t tile, round;
 	float *pixels;
-	uint64_t xxh3;
+	struct pen_canvas_tile state; /* after a merge */
 };
 
 struct task_list {
@@ -30,7 +32,6 @@ struct pen_canvas {
 	struct pen_framebuf framebuf;
 	struct pen_canvas_events events;
 	char *path;
-	struct pen_canvas_tile *tiles; /* to check when opening, or NULL */
 	struct task_list waiting;
 	bool destroyed;
 	bool delivering;
@@ -39,6 +40,8 @@ struct pen_canvas {
 	uv_work_t work;
 	bool working;
 	int fd;
+	struct pen_canvas_tile *tiles; /* what there is of each */
+	struct pen_quota quota;	       /* rounds NULL: all pixels get all rounds */
 	struct task_list running;
 	struct task *stopped_at; /* the task that failed; NULL: none */
 	struct pen_error err;
@@ -85,9 +88,20 @@ static void canvas_free(struct pen_canvas *canvas)
 	list_clear(&canvas->running);
 	if (canvas->fd >= 0)
 		(void)close(canvas->fd);
+	pen_quota_finish(&canvas->quota);
 	free(canvas->tiles);
 	free(canvas->path);
 	free(canvas);
+}
+
+struct pen_demand pen_canvas_demand(const struct pen_canvas *canvas, uint32_t tile)
+{
+	const struct pen_framebuf *framebuf = &canvas->framebuf;
+
+	if (canvas->quota.rounds)
+		return pen_quota_demand(&canvas->quota, tile);
+	return pen_demand_first(
+		&framebuf->rounds, pen_rect_area(pen_tiling_rect(&framebuf->tiling, tile)));
 }
 
 /* On the pool */
@@ -100,7 +114,9 @@ static int open_file(struct pen_canvas *canvas)
 
 static int create_file(struct pen_canvas *canvas, struct pen_error *err)
 {
-	int r = pen_framebuf_create(canvas->path, &canvas->framebuf, err);
+	const uint64_t size =
+		pen_framebuf_bytes(&canvas->framebuf) + pen_quota_bytes(&canvas->framebuf);
+	int r = pen_framebuf_create(canvas->path, size, err);
 
 	if (r < 0)
 		return r;
@@ -115,17 +131,55 @@ static int check_file(struct pen_canvas *canvas, struct pen_error *err)
 
 	if (r < 0 && r != -ENOENT)
 		return pen_error_system(err, -r, "cannot open the framebuffer");
+	if (r == 0 && canvas->quota.rounds)
+		pen_quota_load(&canvas->quota, canvas->fd);
 	for (uint32_t i = 0; i < canvas->framebuf.tiling.count; i++) {
 		struct pen_canvas_tile *tile = &canvas->tiles[i];
-		uint64_t xxh3;
+		struct pen_framebuf_tile found = {0};
 
 		if (tile->rounds == 0)
 			continue;
-		if (r < 0 || pen_framebuf_hash(canvas->fd, &canvas->framebuf, i, &xxh3, NULL) < 0 ||
-			xxh3 != tile->xxh3)
+		if (r < 0 || tile->rounds > pen_canvas_demand(canvas, i).rounds ||
+			pen_framebuf_look(canvas->fd, &canvas->framebuf, i, &found, NULL) < 0 ||
+			found.xxh3 != tile->xxh3)
 			*tile = (struct pen_canvas_tile){0};
+		else
+			tile->samples = found.samples;
 	}
 	return r < 0 ? create_file(canvas, err) : 0;
+}
+
+static int merge(struct pen_canvas *canvas, struct task *task, struct pen_error *err)
+{
+	struct pen_framebuf_tile merged;
+	int r = pen_framebuf_merge(
+		canvas->fd, &canvas->framebuf, task->tile, task->round, task->pixels, &merged, err);
+
+	if (r < 0)
+		return r;
+	task->state =
+		(struct pen_canvas_tile){(uint16_t)(task->round + 1), merged.xxh3, merged.samples};
+	canvas->tiles[task->tile] = task->state;
+	return 0;
+}
+
+/* Unless tiles lack something, or nothing is left to decide. */
+static int decide(struct pen_canvas *canvas, struct pen_error *err)
+{
+	bool is_final = true;
+	int r;
+
+	for (uint32_t i = 0; i < canvas->framebuf.tiling.count; i++) {
+		const struct pen_demand demand = pen_canvas_demand(canvas, i);
+
+		if (canvas->tiles[i].rounds < demand.rounds)
+			return 0;
+		is_final = is_final && demand.is_final;
+	}
+	if (is_final)
+		return 0;
+	r = pen_decide(&canvas->quota, canvas->fd, err);
+	return r < 0 ? r : pen_quota_save(&canvas->quota, canvas->fd, err);
 }
 
 static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_error *err)
@@ -133,9 +187,8 @@ static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_err
 	switch (task->type) {
 	case TASK_CREATE: return create_file(canvas, err);
 	case TASK_OPEN: return check_file(canvas, err);
-	case TASK_MERGE:
-		return pen_framebuf_merge(canvas->fd, &canvas->framebuf, task->tile,
-			task->round == 0, task->pixels, &task->xxh3, err);
+	case TASK_MERGE: return merge(canvas, task, err);
+	case TASK_DECIDE: return decide(canvas, err);
 	case TASK_SYNC:
 		if (fsync(canvas->fd) < 0)
 			return pen_error_system(err, errno, "cannot write the framebuffer");
@@ -168,8 +221,9 @@ static void deliver(struct pen_canvas *canvas, const struct task *task)
 		events->opened(events->user, canvas->job, canvas->frame, canvas->tiles);
 		break;
 	case TASK_MERGE:
-		events->merged(events->user, canvas->job, canvas->frame, task->tile, task->xxh3);
+		events->merged(events->user, canvas->job, canvas->frame, task->tile, &task->state);
 		break;
+	case TASK_DECIDE: events->decided(events->user, canvas->job, canvas->frame); break;
 	case TASK_SYNC: events->synced(events->user, canvas->job, canvas->frame); break;
 	}
 }
@@ -246,7 +300,10 @@ static int canvas_new(uv_loop_t *loop, uint64_t job, uint32_t frame, const char 
 	list_init(&canvas->waiting);
 	list_init(&canvas->running);
 	canvas->path = strdup(path);
-	if (!canvas->path) {
+	canvas->tiles = calloc(framebuf->tiling.count, sizeof *canvas->tiles);
+	if (!canvas->path || !canvas->tiles ||
+		(framebuf->rounds.kind != PEN_ROUNDS_UNIFORM &&
+			pen_quota_init(&canvas->quota, &canvas->framebuf, NULL) < 0)) {
 		canvas_free(canvas);
 		return pen_error_memory(err);
 	}
@@ -282,10 +339,8 @@ int pen_canvas_open(uv_loop_t *loop, uint64_t job, uint32_t frame, const char *p
 
 	if (r < 0)
 		return r;
-	canvas->tiles = calloc(framebuf->tiling.count, sizeof *tiles);
-	if (canvas->tiles)
-		memcpy(canvas->tiles, tiles, framebuf->tiling.count * sizeof *tiles);
-	r = canvas->tiles ? add_task(canvas, TASK_OPEN, 0, 0, NULL, err) : pen_error_memory(err);
+	memcpy(canvas->tiles, tiles, framebuf->tiling.count * sizeof *tiles);
+	r = add_task(canvas, TASK_OPEN, 0, 0, NULL, err);
 	if (r < 0) {
 		canvas_free(canvas);
 		return r;
@@ -298,6 +353,17 @@ int pen_canvas_merge(struct pen_canvas *canvas, uint32_t tile, uint32_t round, f
 	struct pen_error *err)
 {
 	return add_task(canvas, TASK_MERGE, tile, round, pixels, err);
+}
+
+int pen_canvas_decide(struct pen_canvas *canvas, struct pen_error *err)
+{
+	return add_task(canvas, TASK_DECIDE, 0, 0, NULL, err);
+}
+
+bool pen_canvas_mask(
+	const struct pen_canvas *canvas, uint32_t tile, uint32_t round, uint8_t *ret_mask)
+{
+	return canvas->quota.rounds && pen_quota_mask(&canvas->quota, tile, round, ret_mask);
 }
 
 int pen_canvas_sync(struct pen_canvas *canvas, struct pen_error *err)

@@ -55,7 +55,11 @@ void pen_dispatch_connect_farm(struct pen_dispatch *dispatch, const struct pen_d
 static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
 {
 	const struct pen_job *job = dispatch->jobs.find(dispatch->jobs.user, action->job);
-	struct pen_round samples = pen_round_get(job->sampling.samples, action->round);
+	const struct pen_rounds rounds = pen_sampling_rounds(&job->sampling);
+	const struct pen_round samples = pen_round_get(&rounds, action->round);
+	uint8_t mask[PEN_MASK_BYTES_MAX];
+	const bool has_mask = dispatch->jobs.mask(
+		dispatch->jobs.user, action->job, action->frame, action->tile, action->round, mask);
 	struct pen_msg_lease lease = {
 		.lease = action->lease,
 		.job = action->job,
@@ -66,12 +70,13 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.rect = pen_tiling_rect(&job->tiling, action->tile),
 		.sample_first = samples.first,
 		.sample_end = samples.end,
+		.at_centre = samples.at_centre,
 		.scene_sha256 = job->scene_sha256,
 		.deadline_ms = PEN_LEASE_HARD_MS,
 		.channels = pen_job_film(job).channels,
 	};
 
-	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease);
+	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease, has_mask ? mask : NULL);
 }
 
 static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
@@ -84,6 +89,7 @@ static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action
 		dispatch->farm.revoke(dispatch->farm.user, action->worker, action->lease);
 		break;
 	case PEN_SCHED_STARTED: jobs->started(jobs->user, action->job, action->text); break;
+	case PEN_SCHED_DECIDE: jobs->decide(jobs->user, action->job, action->frame); break;
 	case PEN_SCHED_RENDERED:
 		jobs->ended(jobs->user, action->job, PEN_DISPATCH_RENDERED, NULL);
 		break;
@@ -160,6 +166,14 @@ void pen_dispatch_merged(
 			       .type = PEN_SCHED_MERGED, .job = number, .u.merged = {frame, tile}});
 }
 
+void pen_dispatch_decided(struct pen_dispatch *dispatch, uint64_t number, uint32_t frame,
+	const struct pen_demand *demands)
+{
+	step(dispatch,
+		&(struct pen_sched_event){
+			.type = PEN_SCHED_DECIDED, .job = number, .u.decided = {frame, demands}});
+}
+
 int pen_dispatch_add_worker(
 	struct pen_dispatch *dispatch, const struct pen_sched_worker *worker, struct pen_error *err)
 {
@@ -207,7 +221,8 @@ static bool is_count(float value, uint32_t max)
 
 /* Why the pixels cannot be right; NULL when they can. */
 static const char *find_defect(const struct pen_msg_result *result, const float *pixels,
-	size_t size, const struct pen_film *film, uint64_t area, uint32_t samples)
+	size_t size, const struct pen_film *film, uint64_t area, const uint8_t *mask,
+	uint32_t samples)
 {
 	if (size != area * film->channels * sizeof *pixels)
 		return "the worker sent a result of the wrong size";
@@ -216,10 +231,13 @@ static const char *find_defect(const struct pen_msg_result *result, const float 
 	for (size_t i = 0; i < area * film->channels; i++)
 		if (!isfinite(pixels[i]))
 			return "the worker sent a value that is not finite";
-	for (size_t i = 0; i < area; i++, pixels += film->channels)
-		if (!is_count(pixels[PEN_CHANNEL_COUNT], samples) ||
-			(film->depth && !is_count(pixels[film->depth + 1], samples)))
+	for (size_t i = 0; i < area; i++, pixels += film->channels) {
+		const uint32_t most = !mask || pen_mask_has(mask, i) ? samples : 0;
+
+		if (!is_count(pixels[PEN_CHANNEL_COUNT], most) ||
+			(film->depth && !is_count(pixels[film->depth + 1], most)))
 			return "the worker sent a wrong sample count";
+	}
 	return NULL;
 }
 
@@ -230,9 +248,13 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	const struct pen_sched_lease *lease =
 		pen_sched_find_lease(dispatch->sched, worker, result->lease);
 	const struct pen_job *job;
+	uint8_t mask[PEN_MASK_BYTES_MAX];
+	bool has_mask;
 	struct pen_film film;
+	struct pen_rounds rounds;
 	struct pen_round samples;
 	uint32_t frame;
+	struct pen_rect rect;
 	uint64_t area;
 	const char *defect;
 	float *pixels;
@@ -242,9 +264,13 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 		lease->round != result->round || lease->epoch != result->epoch)
 		return PEN_OUTCOME_GONE;
 	job = dispatch->jobs.find(dispatch->jobs.user, result->job);
-	samples = pen_round_get(job->sampling.samples, result->round);
-	area = pen_rect_area(pen_tiling_rect(&job->tiling, result->tile));
+	rounds = pen_sampling_rounds(&job->sampling);
+	samples = pen_round_get(&rounds, result->round);
+	rect = pen_tiling_rect(&job->tiling, result->tile);
+	area = pen_rect_area(rect);
 	film = pen_job_film(job);
+	has_mask = dispatch->jobs.mask(
+		dispatch->jobs.user, lease->job, lease->frame, lease->tile, lease->round, mask);
 	frame = lease->frame;
 
 	/* The payload lies unaligned in the connection's buffer, which is about to be reused. */
@@ -254,7 +280,8 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 		return PEN_OUTCOME_RETURNED;
 	}
 	memcpy(pixels, payload, size);
-	defect = find_defect(result, pixels, size, &film, area, samples.end - samples.first);
+	defect = find_defect(result, pixels, size, &film, area, has_mask ? mask : NULL,
+		samples.end - samples.first);
 	if (defect) {
 		free(pixels);
 		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_OWN, defect);
@@ -266,7 +293,8 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 			       .u.seconds = 1e-6 * result->render_us});
 	dispatch->jobs.merge(
 		dispatch->jobs.user, result->job, frame, result->tile, result->round, pixels);
-	*ret_samples = area * (samples.end - samples.first);
+	*ret_samples =
+		(has_mask ? pen_mask_count(mask, rect) : area) * (samples.end - samples.first);
 	return PEN_OUTCOME_GOOD;
 }
 

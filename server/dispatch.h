@@ -27,6 +27,12 @@ struct pen_dispatch_jobs {
 	/* Valid pixels (heap, now the callee's); pen_dispatch_merged later. */
 	void (*merge)(void *user, uint64_t number, uint32_t frame, uint32_t tile, uint32_t round,
 		float *pixels);
+	/* See pen_quota_mask; false: all pixels of the tile. */
+	bool (*mask)(void *user, uint64_t number, uint32_t frame, uint32_t tile, uint32_t round,
+		uint8_t *ret_mask);
+	/* What the frame's tiles shall have further is to be decided; pen_dispatch_decided later.
+	 */
+	void (*decide)(void *user, uint64_t number, uint32_t frame);
 	/* The dispatch has forgotten the job; reason of a failed one. */
 	void (*ended)(void *user, uint64_t number, enum pen_dispatch_end end, const char *reason);
 	/* A worker has built a job's scene, or cannot: any job, known or not. */
@@ -35,7 +41,9 @@ struct pen_dispatch_jobs {
 };
 
 struct pen_dispatch_farm {
-	void (*lease)(void *user, uint64_t worker, const struct pen_msg_lease *lease);
+	/* mask: of the tile's pixels; NULL: all of them. */
+	void (*lease)(void *user, uint64_t worker, const struct pen_msg_lease *lease,
+		const uint8_t *mask);
 	void (*revoke)(void *user, uint64_t worker, uint64_t lease);
 	void *user;
 };
@@ -62,6 +70,10 @@ void pen_dispatch_resume_job(struct pen_dispatch *dispatch, uint64_t number);
 void pen_dispatch_set_priority(struct pen_dispatch *dispatch, uint64_t number, uint32_t priority);
 void pen_dispatch_merged(
 	struct pen_dispatch *dispatch, uint64_t number, uint32_t frame, uint32_t tile);
+
+/* One of demands a tile, for this call. */
+void pen_dispatch_decided(struct pen_dispatch *dispatch, uint64_t number, uint32_t frame,
+	const struct pen_demand *demands);
 
 /* What workers do. */
 int pen_dispatch_add_worker(struct pen_dispatch *dispatch, const struct pen_sched_worker *worker,

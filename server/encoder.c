@@ -21,45 +21,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* The framebuffer file as rows of the image: one row of tiles is held at a time. */
+/* Rows of the image from those of the framebuffer. */
 struct source {
-	int fd;
 	struct pen_framebuf framebuf;
-	uint32_t tile_row; /* which is held; tiling.rows: none yet */
-	float *tiles;	   /* its slots, as in the file */
+	struct pen_framebuf_rows rows;
+	float *film; /* a row */
 };
-
-static int read_fully(int fd, void *data, size_t size, off_t offset, struct pen_error *err)
-{
-	char *bytes = data;
-
-	while (size > 0) {
-		ssize_t n = pread(fd, bytes, size, offset);
-
-		if (n < 0 && errno == EINTR)
-			continue;
-		if (n < 0)
-			return pen_error_system(err, errno, "reading the framebuffer");
-		if (n == 0)
-			return pen_error_set(err, PEN_EIO, "the framebuffer file is too short");
-		bytes += n;
-		offset += n;
-		size -= (size_t)n;
-	}
-	return 0;
-}
-
-static int source_hold(struct source *source, uint32_t tile_row, struct pen_error *err)
-{
-	size_t bytes = source->framebuf.tiling.columns * pen_framebuf_slot_bytes(&source->framebuf);
-	int r;
-
-	/* The last row of tiles may be cut, its slots are whole all the same. */
-	r = read_fully(source->fd, source->tiles, bytes, (off_t)(tile_row * bytes), err);
-	if (r == 0)
-		source->tile_row = tile_row;
-	return r;
-}
 
 static void mean_of_sums(
 	const struct pen_film *film, const float *sums, size_t count, float *ret_rgba)
@@ -76,27 +43,31 @@ static void mean_of_sums(
 static int source_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
 {
 	struct source *source = user;
-	const struct pen_tiling *tiling = &source->framebuf.tiling;
-	const struct pen_film *film = &source->framebuf.film;
-	uint32_t tile_row = y / tiling->tile_px - tiling->crop.y0 / tiling->tile_px;
-	size_t slot_floats = pen_framebuf_slot_bytes(&source->framebuf) / sizeof(float);
+	const struct pen_rect crop = source->framebuf.tiling.crop;
+	int r = pen_framebuf_row(&source->rows, y - crop.y0, source->film, err);
 
-	if (tile_row != source->tile_row) {
-		int r = source_hold(source, tile_row, err);
+	if (r == 0)
+		mean_of_sums(&source->framebuf.film, source->film, pen_rect_width(crop), ret_rgba);
+	return r;
+}
 
-		if (r < 0)
-			return r;
-	}
-	for (uint32_t column = 0; column < tiling->columns; column++) {
-		struct pen_rect rect = pen_tiling_rect(tiling, tile_row * tiling->columns + column);
-		size_t width = pen_rect_width(rect);
-		const float *sums = source->tiles + column * slot_floats +
-				    (y - rect.y0) * width * film->channels;
+static int source_init(struct source *source, const struct pen_encoding_request *request, int fd,
+	struct pen_error *err)
+{
+	source->framebuf.film = pen_film_of(request->planes);
+	pen_tiling_init(&source->framebuf.tiling, request->crop, request->tile_px);
+	source->film =
+		calloc((size_t)pen_rect_width(request->crop) * source->framebuf.film.channels,
+			sizeof *source->film);
+	if (!source->film)
+		return pen_error_memory(err);
+	return pen_framebuf_rows_init(&source->rows, fd, &source->framebuf, err);
+}
 
-		mean_of_sums(film, sums, width, ret_rgba);
-		ret_rgba += width * 4;
-	}
-	return 0;
+static void source_finish(struct source *source)
+{
+	pen_framebuf_rows_finish(&source->rows);
+	free(source->film);
 }
 
 static bool request_valid(const struct pen_encoding_request *request)
@@ -113,7 +84,7 @@ static bool request_valid(const struct pen_encoding_request *request)
 static int encode(const struct pen_encoding_request *request, int framebuffer_fd, int file_fd,
 	uint64_t *ret_size, struct pen_error *err)
 {
-	struct source source = {.fd = framebuffer_fd};
+	struct source source = {.film = NULL};
 	struct pen_image_spec spec = {
 		.format = (enum pen_image_format)request->format,
 		.width = request->width,
@@ -126,15 +97,10 @@ static int encode(const struct pen_encoding_request *request, int framebuffer_fd
 
 	if (!request_valid(request))
 		return pen_error_set(err, PEN_EPROTOCOL, "the encoding request is not valid");
-	source.framebuf.film = pen_film_of(request->planes);
-	pen_tiling_init(&source.framebuf.tiling, request->crop, request->tile_px);
-	source.tile_row = source.framebuf.tiling.rows;
-	source.tiles =
-		calloc(source.framebuf.tiling.columns, pen_framebuf_slot_bytes(&source.framebuf));
-	if (!source.tiles)
-		return pen_error_memory(err);
-	r = pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);
-	free(source.tiles);
+	r = source_init(&source, request, framebuffer_fd, err);
+	if (r == 0)
+		r = pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);
+	source_finish(&source);
 	return r;
 }
 

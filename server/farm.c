@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "core/base/log.h"
+#include "core/base/mask.h"
 #include "server/link.h"
 #include "server/scene_file.h"
 
@@ -310,10 +311,16 @@ static void handle_tick(uv_timer_t *timer)
 
 /* For the dispatch */
 
-static void send_lease(void *user, uint64_t id, const struct pen_msg_lease *lease)
+static void send_lease(
+	void *user, uint64_t id, const struct pen_msg_lease *lease, const uint8_t *mask)
 {
 	struct worker *worker = find_worker(user, id);
-	struct pen_msg msg = {.type = PEN_FRAME_LEASE, .u.lease = *lease};
+	struct pen_msg msg = {
+		.type = PEN_FRAME_LEASE,
+		.u.lease = *lease,
+		.payload = mask,
+		.payload_size = mask ? pen_mask_bytes(lease->rect) : 0,
+	};
 
 	if (!worker)
 		return;

@@ -245,12 +245,6 @@ struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
 	return pen_job_table_older(&jobs->table, before);
 }
 
-/* What of a frame's samples are merged. */
-static double frame_progress(const struct pen_job *job, uint64_t samples)
-{
-	return (double)samples * job->frame_count / (double)pen_job_samples(job);
-}
-
 static const struct pen_tiles *find_tiles(const struct pen_job *job, uint32_t number)
 {
 	const struct pen_run *run = (const struct pen_run *)job;
@@ -268,7 +262,8 @@ struct pen_job_frame pen_jobs_frame(const struct pen_job *job, uint32_t number)
 	assert(number - job->frame_first < job->frame_count);
 	if (job->frame_count == 1)
 		return (struct pen_job_frame){number, job->state == PEN_JOB_DONE,
-			frame_progress(job, job->samples_done), job->image_revision};
+			(double)job->samples_done / (double)pen_job_samples(job),
+			job->image_revision};
 	frame.done = number - job->frame_first < job->frames_done;
 	if (frame.done)
 		frame.revision = 1ull + job->restarts;
@@ -279,7 +274,7 @@ struct pen_job_frame pen_jobs_frame(const struct pen_job *job, uint32_t number)
 	if (number - job->frame_first < run->passed)
 		frame.progress = 1;
 	else if (tiles)
-		frame.progress = frame_progress(job, tiles->samples_done);
+		frame.progress = (double)tiles->samples_done / (double)tiles->samples;
 	return frame;
 }
 

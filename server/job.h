@@ -56,8 +56,9 @@ struct pen_job {
 	uint32_t aovs; /* enum pen_aov */
 	double exposure;
 	uint64_t units_done, units_total;
-	uint64_t tiles_done;   /* with all their rounds */
-	uint64_t samples_done; /* merged, over all pixels of all frames */
+	uint64_t tiles_done;	 /* with all their rounds */
+	uint64_t samples_done;	 /* merged, over all pixels of all frames */
+	uint64_t samples_spared; /* that pixels will not need */
 	int64_t created_ms, started_ms, finished_ms;
 	double eta_seconds; /* < 0: unknown */
 	uint32_t restarts;
@@ -68,10 +69,13 @@ struct pen_job {
 	uint64_t image_revision; /* rises with each merged tile; 0 = nothing rendered */
 };
 
-/* Over all pixels of all frames. */
+/* Over all pixels of all frames, at most: fewer when the sampling finds that fewer will do. */
 static inline uint64_t pen_job_samples(const struct pen_job *job)
 {
-	return pen_rect_area(job->tiling.crop) * job->sampling.samples * job->frame_count;
+	if (job->state == PEN_JOB_DONE && job->samples_done > 0)
+		return job->samples_done;
+	return pen_rect_area(job->tiling.crop) * job->sampling.samples * job->frame_count -
+	       job->samples_spared;
 }
 
 /* What is kept of each of its pixels. */

@@ -17,7 +17,8 @@ uint32_t pen_reel_slots(const struct pen_tiling *tiling, uint32_t count)
 }
 
 int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32_t first,
-	uint32_t end, uint32_t samples, const uint16_t *rounds, struct pen_error *err)
+	uint32_t end, const struct pen_rounds *rounds, const uint16_t *merged,
+	struct pen_error *err)
 {
 	const uint32_t slots = pen_reel_slots(tiling, end - first);
 	int r = 0;
@@ -27,14 +28,14 @@ int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32
 		.backlogs = calloc(slots, sizeof *reel->backlogs),
 		.slots = slots,
 		.first = first,
-		.open = first + (rounds ? slots : 1),
+		.open = first + (merged ? slots : 1),
 		.end = end,
 	};
 	if (!reel->backlogs)
 		return pen_error_memory(err);
 	for (uint32_t i = 0; r == 0 && i < slots; i++)
-		r = pen_backlog_init(&reel->backlogs[(first + i) % slots], tiling, samples,
-			rounds ? rounds + (size_t)i * tiling->count : NULL, err);
+		r = pen_backlog_init(&reel->backlogs[(first + i) % slots], tiling, rounds,
+			merged ? merged + (size_t)i * tiling->count : NULL, err);
 	if (r < 0)
 		pen_reel_finish(reel);
 	else

@@ -25,11 +25,13 @@ struct pen_reel {
 uint32_t pen_reel_slots(const struct pen_tiling *tiling, uint32_t count);
 
 /*
- * For frames first <= n < end. rounds: how many of each tile are merged already, tile by tile, of
- * as many frames from first on as may be in flight; NULL: none. Takes all the memory needed.
+ * For frames first <= n < end. merged: how many rounds of each tile are merged already, tile by
+ * tile, of as many frames from first on as may be in flight; NULL: none. Takes all the memory
+ * needed.
  */
 int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32_t first,
-	uint32_t end, uint32_t samples, const uint16_t *rounds, struct pen_error *err);
+	uint32_t end, const struct pen_rounds *rounds, const uint16_t *merged,
+	struct pen_error *err);
 void pen_reel_finish(struct pen_reel *reel);
 
 /* Of a frame in flight. */

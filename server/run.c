@@ -79,7 +79,7 @@ void pen_run_halt(struct pen_run *run)
 		pen_canvas_destroy(frame->canvas);
 		frame->canvas = NULL;
 		frame->tile_last = NO_TILE;
-		frame->synced = false;
+		frame->synced = frame->is_deciding = false;
 	}
 	run->opening = 0;
 	run->begun = false;
@@ -298,7 +298,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 		.tiling = &run->job.tiling,
 		.frame_first = first_open(run),
 		.frame_end = run->job.frame_first + run->job.frame_count,
-		.samples = run->job.sampling.samples,
+		.rounds = pen_sampling_rounds(&run->job.sampling),
 		.priority = run->job.priority,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,
@@ -309,7 +309,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 
 	if (!rounds)
 		return pen_error_memory(err);
-	added.rounds = rounds;
+	added.merged = rounds;
 	r = pen_dispatch_add_job(jobs->options.dispatch, &added, err);
 	free(rounds);
 	return r;
@@ -324,7 +324,8 @@ static void go_on(struct pen_jobs *jobs, struct pen_run *run)
 	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++)
 		if (is_whole(run, &run->frames[i]))
 			sync_frame(run, &run->frames[i]);
-	if (run->job.units_done < run->job.units_total && dispatch_job(jobs, run, &err) < 0)
+	if (run->job.tiles_done < (uint64_t)run->job.tiling.count * run->job.frame_count &&
+		dispatch_job(jobs, run, &err) < 0)
 		pen_run_give_up(run, &err);
 }
 
@@ -334,19 +335,22 @@ static void handle_opened(
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = pen_run_find(jobs, number);
 
-	pen_tiles_load(&place_of(run, frame)->tiles, &run->job, states);
+	struct pen_run_frame *opened = place_of(run, frame);
+
+	pen_tiles_load(&opened->tiles, &run->job, states);
+	(void)pen_tiles_decided(&opened->tiles, &run->job, opened->canvas);
 	if (--run->opening == 0)
 		go_on(jobs, run);
 }
 
 /* The last tile of a frame counts as merged only when the frame is on the disk. */
-static void handle_merged(
-	void *user, uint64_t number, uint32_t frame_number, uint32_t tile, uint64_t xxh3)
+static void handle_merged(void *user, uint64_t number, uint32_t frame_number, uint32_t tile,
+	const struct pen_canvas_tile *state)
 {
 	struct pen_jobs *jobs = user;
 	struct pen_run *run = pen_run_find(jobs, number);
 	struct pen_run_frame *frame = place_of(run, frame_number);
-	bool whole = pen_tiles_merged(&frame->tiles, &run->job, tile, xxh3);
+	bool whole = pen_tiles_merged(&frame->tiles, &run->job, tile, state);
 
 	if (pen_tile_news_add(&run->news, &frame->tiles, tile))
 		pen_tile_news_flush(&run->news, &run->job, jobs->options.store);
@@ -355,6 +359,22 @@ static void handle_merged(
 		sync_frame(run, frame);
 	} else {
 		pen_dispatch_merged(jobs->options.dispatch, number, frame_number, tile);
+	}
+}
+
+/* A frame that lacks nothing any more, too, counts as decided when it is on the disk. */
+static void handle_decided(void *user, uint64_t number, uint32_t frame_number)
+{
+	struct pen_jobs *jobs = user;
+	struct pen_run *run = pen_run_find(jobs, number);
+	struct pen_run_frame *frame = place_of(run, frame_number);
+
+	if (pen_tiles_decided(&frame->tiles, &run->job, frame->canvas)) {
+		frame->is_deciding = true;
+		sync_frame(run, frame);
+	} else {
+		pen_dispatch_decided(
+			jobs->options.dispatch, number, frame_number, frame->tiles.demands);
 	}
 }
 
@@ -414,6 +434,10 @@ static void handle_synced(void *user, uint64_t number, uint32_t frame_number)
 	uint32_t tile = frame->tile_last;
 
 	frame->synced = true;
+	if (frame->is_deciding)
+		pen_dispatch_decided(
+			jobs->options.dispatch, number, frame_number, frame->tiles.demands);
+	frame->is_deciding = false;
 	frame->tile_last = NO_TILE;
 	pass_frames(jobs, run);
 	if (tile != NO_TILE)
@@ -427,13 +451,22 @@ static void handle_canvas_failed(void *user, uint64_t number, const struct pen_e
 
 static struct pen_canvas_events canvas_events(struct pen_jobs *jobs)
 {
-	return (struct pen_canvas_events){
-		handle_opened, handle_merged, handle_synced, handle_canvas_failed, jobs};
+	return (struct pen_canvas_events){handle_opened, handle_merged, handle_decided,
+		handle_synced, handle_canvas_failed, jobs};
 }
 
 static struct pen_framebuf framebuf_of(const struct pen_run *run)
 {
-	return (struct pen_framebuf){run->job.tiling, pen_job_film(&run->job)};
+	const struct pen_sampling_desc *sampling = &run->job.sampling;
+
+	return (struct pen_framebuf){
+		.tiling = run->job.tiling,
+		.film = pen_job_film(&run->job),
+		.rounds = pen_sampling_rounds(sampling),
+		.threshold = sampling->threshold,
+		.error = sampling->error,
+		.confidence = sampling->confidence,
+	};
 }
 
 static int open_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_run_frame *frame,
@@ -451,16 +484,20 @@ static int open_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_ru
 	return r;
 }
 
-/* What is merged is what the frames say that have passed, and what the others will turn out to be.
+/*
+ * What is merged is what the frames say that have passed, and what the others will turn out to be.
+ * How many samples the former were spared is not known any more.
  */
 static void reset_counts(struct pen_run *run)
 {
 	struct pen_job *job = &run->job;
+	const struct pen_rounds rounds = pen_sampling_rounds(&job->sampling);
 	const uint64_t area = pen_rect_area(job->tiling.crop);
 
 	job->tiles_done = (uint64_t)run->passed * job->tiling.count;
-	job->units_done = job->tiles_done * pen_round_count(job->sampling.samples);
+	job->units_done = job->tiles_done * pen_round_count(&rounds);
 	job->samples_done = run->passed * area * job->sampling.samples;
+	job->samples_spared = 0;
 }
 
 void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
@@ -539,6 +576,27 @@ static void dispatch_started(void *user, uint64_t number, const char *equivalenc
 	store_row(jobs, run);
 }
 
+static bool dispatch_mask(void *user, uint64_t number, uint32_t frame_number, uint32_t tile,
+	uint32_t round, uint8_t *ret_mask)
+{
+	struct pen_run *run = pen_run_find(user, number);
+	const struct pen_run_frame *frame = find_frame(run, frame_number);
+
+	/* Before its first tile has come a frame has no canvas: nothing is decided yet. */
+	return frame && frame->canvas && pen_canvas_mask(frame->canvas, tile, round, ret_mask);
+}
+
+static void dispatch_decide(void *user, uint64_t number, uint32_t frame_number)
+{
+	struct pen_run *run = pen_run_find(user, number);
+	const struct pen_run_frame *frame = find_frame(run, frame_number);
+	struct pen_error err;
+
+	/* Without a canvas it has been given up. */
+	if (frame && frame->canvas && pen_canvas_decide(frame->canvas, &err) < 0)
+		pen_run_give_up(run, &err);
+}
+
 static void dispatch_merge(void *user, uint64_t number, uint32_t frame_number, uint32_t tile,
 	uint32_t round, float *pixels)
 {
@@ -604,7 +662,7 @@ static void forget_pixels(struct pen_run *run)
 	free(job->equivalence_class);
 	job->equivalence_class = NULL;
 	job->content[0] = '\0';
-	job->units_done = job->samples_done = job->tiles_done = 0;
+	job->units_done = job->samples_done = job->samples_spared = job->tiles_done = 0;
 	job->state = PEN_JOB_QUEUED;
 	job->eta_seconds = -1;
 	job->revision++;
@@ -654,7 +712,7 @@ static void dispatch_ended(
 void pen_run_connect(struct pen_jobs *jobs)
 {
 	struct pen_dispatch_jobs calls = {dispatch_find, dispatch_started, dispatch_merge,
-		dispatch_ended, dispatch_reported, jobs};
+		dispatch_mask, dispatch_decide, dispatch_ended, dispatch_reported, jobs};
 
 	pen_dispatch_connect_jobs(jobs->options.dispatch, &calls);
 }

@@ -26,6 +26,7 @@ struct pen_run_frame {
 	struct pen_canvas *canvas;
 	uint32_t tile_last; /* merged last: the dispatch is told when the frame is on the disk */
 	bool synced;	    /* it is */
+	bool is_deciding;   /* that its tiles lack nothing is to be told then */
 };
 
 struct pen_run {

@@ -114,10 +114,14 @@ static int reserve(void **items, size_t *capacity, size_t count, size_t size)
 	return 0;
 }
 
-/* A step ends each lease and fills its place at most once, and says at most two things of a job. */
+/*
+ * A step ends each lease and fills its place at most once, says at most two things of a job, and
+ * asks for each of its frames.
+ */
 static int reserve_actions(struct pen_sched *sched, size_t more_leases, size_t more_jobs)
 {
-	size_t count = 2 * (sched->lease_places + more_leases) + 2 * (sched->job_count + more_jobs);
+	size_t count = 2 * (sched->lease_places + more_leases) +
+		       (2 + PEN_REEL_FRAMES_MAX) * (sched->job_count + more_jobs);
 	void *items = sched->actions;
 	int r = reserve(&items, &sched->action_capacity, count, sizeof *sched->actions);
 
@@ -155,7 +159,7 @@ int pen_sched_add_job(
 		return pen_error_memory(err);
 	}
 	r = pen_reel_init(&job->reel, given->tiling, given->frame_first, given->frame_end,
-		given->samples, given->rounds, err);
+		&given->rounds, given->merged, err);
 	if (r < 0) {
 		free(job);
 		return r;
@@ -607,15 +611,42 @@ static void handle_result(struct pen_sched *sched, struct worker *worker,
 	end_lease(worker, lease);
 }
 
-static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t frame, uint32_t tile)
+/* Asks for a decision on each frame that waits for one, once. */
+static void ask(struct pen_sched *sched, struct job *job)
 {
-	sched->merging--;
-	(void)pen_backlog_merged(pen_reel_backlog(&job->reel, frame), tile);
+	for (uint32_t i = job->reel.first; i < job->reel.open; i++)
+		if (pen_backlog_asks(pen_reel_backlog(&job->reel, i)))
+			act(sched, PEN_SCHED_DECIDE, job)->frame = i;
+}
+
+/* Something of the job is merged or decided: it may be rendered now. */
+static void advance(struct pen_sched *sched, struct job *job)
+{
 	pen_reel_advance(&job->reel);
+	ask(sched, job);
 	if (job->reel.first < job->reel.end)
 		return;
 	(void)act(sched, PEN_SCHED_RENDERED, job);
 	drop_job(sched, job);
+}
+
+static void handle_decided(struct pen_sched *sched, const struct pen_sched_event *event)
+{
+	struct job *job = find_job(sched, event->job);
+
+	if (!job || event->u.decided.frame < job->reel.first ||
+		event->u.decided.frame >= job->reel.open)
+		return;
+	(void)pen_backlog_decided(
+		pen_reel_backlog(&job->reel, event->u.decided.frame), event->u.decided.demands);
+	advance(sched, job);
+}
+
+static void handle_merged(struct pen_sched *sched, struct job *job, uint32_t frame, uint32_t tile)
+{
+	sched->merging--;
+	(void)pen_backlog_merged(pen_reel_backlog(&job->reel, frame), tile);
+	advance(sched, job);
 }
 
 /* A worker that never gets round to a lease, or never ends it, loses it. */
@@ -659,8 +690,10 @@ static void handle_tick(struct pen_sched *sched)
 {
 	for (size_t i = 0; i < sched->worker_count; i++)
 		check_leases(sched, sched->workers[i]);
-	for (size_t i = sched->job_count; i-- > 0;)
+	for (size_t i = sched->job_count; i-- > 0;) {
+		ask(sched, sched->jobs[i]);
 		check_class(sched, sched->jobs[i]);
+	}
 }
 
 static void handle_worker(struct pen_sched *sched, const struct pen_sched_event *event)
@@ -703,6 +736,7 @@ struct pen_sched_actions pen_sched_step(
 		if (job)
 			handle_merged(sched, job, event->u.merged.frame, event->u.merged.tile);
 		break;
+	case PEN_SCHED_DECIDED: handle_decided(sched, event); break;
 	case PEN_SCHED_TICK: handle_tick(sched); break;
 	}
 	grant_leases(sched);

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/tile.h"
+#include "server/quota.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,8 +18,9 @@
  * A unit is one round of one tile of one frame. Rounds of a tile are rendered strictly in order,
  * one at a time: waiting, leased to a worker, merging (the result is valid and on its way into the
  * framebuffer), merged. Within a frame the lowest round goes first, within a round the tiles
- * nearest the centre. Frames go in order: the next one begins when nothing of those before it
- * waits, so that nobody idles, and a few at most are in flight.
+ * nearest the centre. A tile gets the rounds that are sure; when every tile of a frame has what it
+ * shall have so far, the scheduler asks what more that is. Frames go in order: the next one begins
+ * when nothing of those before it waits, so that nobody idles, and a few at most are in flight.
  *
  * Jobs share the farm by virtual time: render seconds over weight (1 + priority). At most
  * PEN_SCHED_JOBS_ACTIVE of one equivalence class take turns unit by unit, since each costs every
@@ -49,13 +51,14 @@ enum pen_sched_event_type {
 	PEN_SCHED_PROGRESS,
 	PEN_SCHED_RESULT, /* a valid one */
 	PEN_SCHED_MERGED,
+	PEN_SCHED_DECIDED, /* the answer to PEN_SCHED_DECIDE */
 	PEN_SCHED_FAILURE,
 	PEN_SCHED_TICK /* at least once a second */
 };
 
 struct pen_sched_event {
 	enum pen_sched_event_type type;
-	uint64_t job;	 /* JOB_*, MERGED */
+	uint64_t job;	 /* JOB_*, MERGED, DECIDED */
 	uint64_t worker; /* WORKER_*, PROGRESS, RESULT, FAILURE */
 	uint64_t lease;	 /* PROGRESS, RESULT, FAILURE: one that is not live is ignored */
 	union {
@@ -65,6 +68,10 @@ struct pen_sched_event {
 		struct {
 			uint32_t frame, tile;
 		} merged;
+		struct {
+			uint32_t frame;
+			const struct pen_demand *demands; /* one a tile; valid during the step */
+		} decided;
 		struct {
 			enum pen_sched_fault fault;
 			const char *reason; /* valid during the step */
@@ -76,6 +83,7 @@ enum pen_sched_action_type {
 	PEN_SCHED_LEASE,
 	PEN_SCHED_REVOKE,
 	PEN_SCHED_STARTED,  /* first lease: the job now belongs to a class */
+	PEN_SCHED_DECIDE,   /* what the tiles of a frame shall have further */
 	PEN_SCHED_RENDERED, /* every unit merged; the job has been dropped */
 	PEN_SCHED_FAILED,   /* for a reason; dropped */
 	PEN_SCHED_ABANDONED /* no worker of its class for a minute; dropped, to be added anew */
@@ -98,11 +106,11 @@ struct pen_sched_job {
 	uint64_t number; /* never used twice */
 	const struct pen_tiling *tiling;
 	uint32_t frame_first, frame_end; /* those that are not wholly merged; not empty */
-	uint32_t samples;
+	struct pen_rounds rounds;
 	uint32_t priority;
 	bool paused;
 	const char *equivalence_class; /* NULL: not chosen yet */
-	const uint16_t *rounds;	       /* merged already, as pen_reel_init takes them */
+	const uint16_t *merged;	       /* rounds, as pen_reel_init takes them */
 };
 
 struct pen_sched_worker {

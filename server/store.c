@@ -569,19 +569,20 @@ static int prepare(struct pen_store *store, const char *text, sqlite3_stmt **ret
 static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *visitor,
 	sqlite3_stmt *rows, const struct pen_job *job, struct pen_error *err)
 {
+	const struct pen_rounds rounds = pen_sampling_rounds(&job->sampling);
 	int r = 0, step;
 
 	bind_number(rows, 1, job->number);
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
 		struct pen_store_tile tile = {column_count(rows, 0), column_count(rows, 1),
-			{(uint16_t)column_count(rows, 2), column_number(rows, 3)}};
+			{(uint16_t)column_count(rows, 2), column_number(rows, 3), 0}};
 
 		if (step != SQLITE_ROW)
 			r = database_error(store, err);
 		else if (tile.frame >= first_open(job) &&
 			 tile.frame - job->frame_first < job->frame_count &&
 			 tile.tile < job->tiling.count &&
-			 tile.state.rounds <= pen_round_count(job->sampling.samples))
+			 tile.state.rounds <= pen_round_count(&rounds))
 			r = visitor->tile(visitor->user, job->number, &tile, err);
 	}
 	(void)sqlite3_reset(rows);

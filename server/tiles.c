@@ -6,44 +6,59 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Before anything is decided. */
+static void set_first_demands(struct pen_tiles *tiles, const struct pen_job *job)
+{
+	const struct pen_rounds rounds = pen_sampling_rounds(&job->sampling);
+
+	tiles->samples = 0;
+	for (uint32_t i = 0; i < job->tiling.count; i++) {
+		tiles->demands[i] =
+			pen_demand_first(&rounds, pen_rect_area(pen_tiling_rect(&job->tiling, i)));
+		tiles->samples += tiles->demands[i].samples;
+	}
+}
+
 int pen_tiles_init(
 	struct pen_tiles *tiles, const struct pen_job *job, uint32_t frame, struct pen_error *err)
 {
 	*tiles = (struct pen_tiles){
 		.frame = frame,
 		.states = calloc(job->tiling.count, sizeof *tiles->states),
+		.demands = calloc(job->tiling.count, sizeof *tiles->demands),
 	};
-	return tiles->states ? 0 : pen_error_memory(err);
+	if (!tiles->states || !tiles->demands) {
+		pen_tiles_finish(tiles);
+		return pen_error_memory(err);
+	}
+	set_first_demands(tiles, job);
+	return 0;
 }
 
 void pen_tiles_finish(struct pen_tiles *tiles)
 {
 	free(tiles->states);
+	free(tiles->demands);
 	*tiles = (struct pen_tiles){0};
 }
 
-static uint64_t area(const struct pen_job *job, uint32_t tile)
+static bool is_done(const struct pen_tiles *tiles, uint32_t tile)
 {
-	return pen_rect_area(pen_tiling_rect(&job->tiling, tile));
+	return tiles->demands[tile].is_final &&
+	       tiles->states[tile].rounds >= tiles->demands[tile].rounds;
 }
 
 void pen_tiles_load(
 	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas_tile *states)
 {
-	uint32_t all = pen_round_count(job->sampling.samples);
-
 	memcpy(tiles->states, states, job->tiling.count * sizeof *states);
+	set_first_demands(tiles, job);
 	tiles->done = 0;
 	tiles->units_done = tiles->samples_done = 0;
 	for (uint32_t i = 0; i < job->tiling.count; i++) {
-		uint32_t rounds = states[i].rounds;
-
-		if (rounds == 0)
-			continue;
-		tiles->units_done += rounds;
-		tiles->samples_done +=
-			area(job, i) * pen_round_get(job->sampling.samples, rounds - 1).end;
-		tiles->done += rounds == all;
+		tiles->units_done += states[i].rounds;
+		tiles->samples_done += states[i].samples;
+		tiles->done += is_done(tiles, i);
 	}
 	tiles->revision = job->image_revision;
 	job->units_done += tiles->units_done;
@@ -52,21 +67,40 @@ void pen_tiles_load(
 	job->revision++;
 }
 
-bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile, uint64_t xxh3)
+bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile,
+	const struct pen_canvas_tile *state)
 {
-	struct pen_canvas_tile *state = &tiles->states[tile];
-	struct pen_round samples = pen_round_get(job->sampling.samples, state->rounds);
-	uint64_t merged = area(job, tile) * (samples.end - samples.first);
-	bool ends = samples.end == job->sampling.samples;
+	const uint64_t before = tiles->states[tile].samples;
+	bool ends;
 
-	*state = (struct pen_canvas_tile){(uint16_t)(state->rounds + 1), xxh3};
+	tiles->states[tile] = *state;
+	ends = is_done(tiles, tile);
 	tiles->units_done++;
-	tiles->samples_done += merged;
+	tiles->samples_done += state->samples - before;
 	tiles->done += ends;
 	tiles->revision = ++job->image_revision;
 	job->units_done++;
-	job->samples_done += merged;
+	job->samples_done += state->samples - before;
 	job->tiles_done += ends;
+	job->revision++;
+	return tiles->done == job->tiling.count;
+}
+
+bool pen_tiles_decided(
+	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas *canvas)
+{
+	const uint64_t samples = tiles->samples;
+
+	job->tiles_done -= tiles->done;
+	tiles->done = 0;
+	tiles->samples = 0;
+	for (uint32_t i = 0; i < job->tiling.count; i++) {
+		tiles->demands[i] = pen_canvas_demand(canvas, i);
+		tiles->samples += tiles->demands[i].samples;
+		tiles->done += is_done(tiles, i);
+	}
+	job->tiles_done += tiles->done;
+	job->samples_spared += samples - tiles->samples;
 	job->revision++;
 	return tiles->done == job->tiling.count;
 }

@@ -16,8 +16,10 @@
 struct pen_tiles {
 	uint32_t frame;			/* 0: of none */
 	struct pen_canvas_tile *states; /* as many as the job's tiling */
-	uint32_t done;			/* with all their rounds */
+	struct pen_demand *demands;	/* likewise */
+	uint32_t done;			/* with all that they shall have */
 	uint64_t units_done, samples_done;
+	uint64_t samples;  /* of all its pixels, at most */
 	uint64_t revision; /* image_revision of the job at the last merge */
 };
 
@@ -26,12 +28,21 @@ int pen_tiles_init(
 	struct pen_tiles *tiles, const struct pen_job *job, uint32_t frame, struct pen_error *err);
 void pen_tiles_finish(struct pen_tiles *tiles);
 
-/* Takes over what a canvas has found; the job's counters get what is there. */
+/* Takes over what a canvas has found, at its first opening; the job's counters get what is there.
+ */
 void pen_tiles_load(
 	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas_tile *states);
 
 /* One more round of a tile is merged: counts it, in job too. True when it was the frame's last. */
-bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile, uint64_t xxh3);
+bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile,
+	const struct pen_canvas_tile *state);
+
+/*
+ * Takes over what the canvas knows of the tiles' needs; the job's counters get the difference. True
+ * when no tile lacks anything.
+ */
+bool pen_tiles_decided(
+	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas *canvas);
 
 /* What of a job's tiles the store has not been told yet. */
 struct pen_tile_news {

@@ -37,32 +37,57 @@ struct pen_rect pen_tiling_rect(const struct pen_tiling *tiling, uint32_t index)
 	};
 }
 
-static uint32_t round_end(uint32_t first)
+static uint32_t round_end(enum pen_rounds_kind kind, uint32_t first)
 {
-	if (first == 0)
-		return 1;
-	if (first == 1)
+	uint32_t step = PEN_ROUND_SAMPLES_MAX;
+
+	if (kind == PEN_ROUNDS_UNIFORM && first < 16)
+		return first == 0 ? 1 : 16;
+	if (first < 16)
 		return 16;
-	return first < PEN_ROUND_SAMPLES_MAX ? first * 2 : first + PEN_ROUND_SAMPLES_MAX;
+	while (step > first)
+		step /= 2;
+	if (kind == PEN_ROUNDS_ADAPTIVE && first < 2 * PEN_ROUND_SAMPLES_MAX && step > 16)
+		step /= 2;
+	return first + step;
 }
 
-uint32_t pen_round_count(uint32_t samples)
+uint32_t pen_round_count(const struct pen_rounds *rounds)
 {
-	uint32_t count = 0;
+	uint32_t count = rounds->kind == PEN_ROUNDS_EDGE;
 
-	for (uint32_t first = 0; first < samples; first = round_end(first))
-		count++;
+	for (uint32_t first = 0; first < rounds->samples; count++)
+		first = round_end(rounds->kind, first);
 	return count;
 }
 
-struct pen_round pen_round_get(uint32_t samples, uint32_t index)
+struct pen_round pen_round_get(const struct pen_rounds *rounds, uint32_t index)
 {
-	struct pen_round round = {0, round_end(0)};
+	struct pen_round round = {0, round_end(rounds->kind, 0), false};
 
+	if (rounds->kind == PEN_ROUNDS_EDGE && index-- == 0)
+		return (struct pen_round){0, 1, true};
 	while (index-- > 0)
-		round = (struct pen_round){round.end, round_end(round.end)};
-	assert(round.first < samples);
-	if (round.end > samples)
-		round.end = samples;
+		round = (struct pen_round){round.end, round_end(rounds->kind, round.end), false};
+	assert(round.first < rounds->samples);
+	if (round.end > rounds->samples)
+		round.end = rounds->samples;
 	return round;
+}
+
+uint32_t pen_round_samples(const struct pen_rounds *rounds, uint32_t count)
+{
+	return count == 0 ? 0 : pen_round_get(rounds, count - 1).end;
+}
+
+struct pen_rounds pen_rounds_of(enum pen_rounds_kind kind, uint32_t samples, uint32_t min_samples)
+{
+	struct pen_rounds rounds = {kind, samples, 1};
+
+	if (kind == PEN_ROUNDS_UNIFORM)
+		rounds.sure = pen_round_count(&rounds);
+	if (kind == PEN_ROUNDS_ADAPTIVE)
+		while (pen_round_samples(&rounds, rounds.sure) < min_samples)
+			rounds.sure++;
+	return rounds;
 }

@@ -3,6 +3,7 @@
 #define PEN_SCENE_PLANES_H
 
 #include "core/base/film.h"
+#include "core/base/tile.h"
 #include "core/scene/desc.h"
 
 /* The film's planes (enum pen_plane) for these layers (enum pen_aov), sampled in this way. */
@@ -19,6 +20,18 @@ static inline uint32_t pen_planes_of(uint32_t aovs, enum pen_sampling_mode mode)
 	if (mode == PEN_SAMPLING_ADAPTIVE)
 		planes |= PEN_PLANE_MOMENTS;
 	return planes;
+}
+
+/* The rounds of an image that is sampled in this way. */
+static inline struct pen_rounds pen_sampling_rounds(const struct pen_sampling_desc *sampling)
+{
+	enum pen_rounds_kind kind = PEN_ROUNDS_UNIFORM;
+
+	if (sampling->mode == PEN_SAMPLING_ADAPTIVE)
+		kind = PEN_ROUNDS_ADAPTIVE;
+	if (sampling->mode == PEN_SAMPLING_EDGE)
+		kind = PEN_ROUNDS_EDGE;
+	return pen_rounds_of(kind, sampling->samples, sampling->min_samples);
 }
 
 /* The film of a scene's image. */

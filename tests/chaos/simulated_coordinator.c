@@ -91,7 +91,8 @@ static void check_lease(struct sim *sim, const struct peer *peer, const struct p
 		sim_violate(sim, "a lease with another tile's pixels");
 }
 
-static void dispatch_lease(void *user, uint64_t id, const struct pen_msg_lease *lease)
+static void dispatch_lease(
+	void *user, uint64_t id, const struct pen_msg_lease *lease, const uint8_t *mask)
 {
 	struct sim *sim = user;
 	struct peer *peer = find_peer(sim, id);
@@ -105,6 +106,8 @@ static void dispatch_lease(void *user, uint64_t id, const struct pen_msg_lease *
 		return;
 	}
 	check_lease(sim, peer, lease);
+	if (mask)
+		sim_violate(sim, "a lease with a mask where nothing was decided");
 	if (sim->result->violation[0] != '\0')
 		return;
 	sim->lease_last = lease->lease;
@@ -199,6 +202,18 @@ static bool is_complete(const struct sim_job *job)
 	return complete_frames(job) == job->shown.frame_count;
 }
 
+static bool dispatch_mask(void *user, uint64_t number, uint32_t frame, uint32_t tile,
+	uint32_t round, uint8_t *ret_mask)
+{
+	(void)user, (void)number, (void)frame, (void)tile, (void)round, (void)ret_mask;
+	return false;
+}
+
+static void dispatch_decide(void *user, uint64_t number, uint32_t frame)
+{
+	sim_violate(user, "frame %u of render %u asks for a decision", frame, (unsigned)number);
+}
+
 /* From nothing, with whatever workers there are. */
 static void forget_pixels(struct sim_job *job)
 {
@@ -242,8 +257,8 @@ static void dispatch_ended(
 
 void sim_coordinator_start(struct sim *sim)
 {
-	struct pen_dispatch_jobs jobs = {
-		dispatch_find, dispatch_started, dispatch_merge, dispatch_ended, NULL, sim};
+	struct pen_dispatch_jobs jobs = {dispatch_find, dispatch_started, dispatch_merge,
+		dispatch_mask, dispatch_decide, dispatch_ended, NULL, sim};
 	struct pen_dispatch_farm farm = {dispatch_lease, dispatch_revoke, sim};
 
 	if (pen_dispatch_create(&sim->dispatch, NULL) < 0)
@@ -269,11 +284,11 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 		.tiling = &job->shown.tiling,
 		.frame_first = 1 + passed,
 		.frame_end = 1 + job->shown.frame_count,
-		.samples = job->shown.sampling.samples,
+		.rounds = pen_sampling_rounds(&job->shown.sampling),
 		.priority = job->shown.priority,
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,
-		.rounds = rounds,
+		.merged = rounds,
 	};
 
 	for (uint32_t i = first; i < sim_cell_count(job); i++)

@@ -257,7 +257,7 @@ int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32
 	int *ret_fd, struct pen_error *err)
 {
 	static const float grey[PEN_CHANNELS_MIN] = {2.0f, 2.0f, 2.0f, 4.0f};
-	const struct pen_framebuf framebuf = {job->tiling, pen_job_film(job)};
+	const struct pen_framebuf framebuf = {.tiling = job->tiling, .film = pen_job_film(job)};
 	size_t slot = pen_framebuf_slot_bytes(&framebuf);
 	size_t floats = slot / sizeof(float);
 	float *pixels = calloc(job->tiling.count, slot);

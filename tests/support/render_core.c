@@ -213,16 +213,16 @@ static void shuffle(uint32_t *order, uint32_t count, uint32_t seed)
 	}
 }
 
-static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels, uint32_t samples,
-	const struct options *options)
+static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels,
+	const struct pen_rounds *all, const struct options *options)
 {
-	const uint32_t rounds = pen_round_count(samples);
+	const uint32_t rounds = pen_round_count(all);
 	struct plan plan = {.count = tiling->count * rounds, .channels = channels};
 
 	plan.items = allocate(plan.count, sizeof *plan.items);
 	plan.order = allocate(plan.count, sizeof *plan.order);
 	for (uint32_t i = 0; i < plan.count; i++) {
-		const struct pen_round round = pen_round_get(samples, i % rounds);
+		const struct pen_round round = pen_round_get(all, i % rounds);
 		const struct pen_rect rect = pen_tiling_rect(tiling, i / rounds);
 
 		plan.items[i] = (struct item){
@@ -346,6 +346,7 @@ int main(int argc, char **argv)
 	struct options options;
 	struct pen_scene *scene;
 	struct pen_tiling tiling;
+	struct pen_rounds rounds;
 	struct plan plan;
 	float *results, *image;
 	int64_t start_us;
@@ -360,8 +361,8 @@ int main(int argc, char **argv)
 	if (pen_render_scene_create(scene, pictures, options.frame, options.isa, &ready, &err) < 0)
 		fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);
-	plan = make_plan(
-		&tiling, pen_scene_film(scene).channels, scene->sampling.samples, &options);
+	rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, scene->sampling.samples, 0);
+	plan = make_plan(&tiling, pen_scene_film(scene).channels, &rounds, &options);
 	results = shared_memory((plan.floats + 1) * sizeof *results);
 	totals = shared_memory(options.processes * sizeof *totals);
 	image = allocate(plan.channels * pen_rect_area(tiling.crop), sizeof *image);

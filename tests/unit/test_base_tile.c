@@ -98,37 +98,58 @@ static void tiles_reach_the_far_corner(void **state)
 static void rounds_cover_each_sample_once(void **state)
 {
 	(void)state;
-	for (uint32_t samples = 1; samples <= 3000; samples++) {
+	for (uint32_t i = 0; i < 3 * 3000; i++) {
+		const struct pen_rounds rounds =
+			pen_rounds_of((enum pen_rounds_kind)(i % 3), 1 + i / 3, 0);
+		const uint32_t first = rounds.kind == PEN_ROUNDS_EDGE;
 		uint32_t next = 0;
 
-		for (uint32_t i = 0; i < pen_round_count(samples); i++) {
-			struct pen_round round = pen_round_get(samples, i);
+		for (uint32_t k = first; k < pen_round_count(&rounds); k++) {
+			struct pen_round round = pen_round_get(&rounds, k);
 
 			assert_int_equal(round.first, next);
-			assert_true(round.end > round.first);
+			assert_true(round.end > round.first && !round.at_centre);
 			assert_true(round.end - round.first <= PEN_ROUND_SAMPLES_MAX);
 			assert_true(round.first <= 1 || round.first % 16 == 0);
 			next = round.end;
+			assert_int_equal(pen_round_samples(&rounds, k + 1), next);
 		}
-		assert_int_equal(next, samples);
+		assert_int_equal(next, rounds.samples);
 	}
 }
 
 /* Broken when another sample count moves the early rounds: only the last one may be cut. */
 static void rounds_are_the_stated_ones(void **state)
 {
-	static const uint32_t ends[] = {1, 16, 32, 64, 128, 256, 512, 768, 1024};
-	const uint32_t count = sizeof ends / sizeof *ends;
+	static const uint32_t ends[3][12] = {
+		{1, 16, 32, 64, 128, 256, 512, 768, 1024},
+		{16, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024},
+		{1, 16, 32, 64, 128, 256, 512, 768, 1024},
+	};
+	struct pen_rounds rounds;
 
 	(void)state;
-	for (uint32_t samples = 1; samples <= 1024; samples++)
-		for (uint32_t i = 0; i + 1 < pen_round_count(samples); i++)
-			assert_int_equal(pen_round_get(samples, i).end, ends[i]);
-	for (uint32_t i = 0; i < count; i++)
-		assert_int_equal(pen_round_count(ends[i]), i + 1);
-	assert_int_equal(pen_round_count(0), 0);
-	assert_int_equal(pen_round_get(PEN_SAMPLES_MAX, pen_round_count(PEN_SAMPLES_MAX) - 1).end,
-		PEN_SAMPLES_MAX);
+	for (uint32_t i = 0; i < 3 * 1024; i++) {
+		rounds = pen_rounds_of((enum pen_rounds_kind)(i % 3), 1 + i / 3, 0);
+		for (uint32_t k = 0; k + 1 < pen_round_count(&rounds); k++)
+			assert_int_equal(pen_round_get(&rounds, k).end, ends[i % 3][k]);
+	}
+	assert_int_equal(pen_round_count(&rounds), 9);
+	assert_true(pen_round_get(&rounds, 0).at_centre);
+	rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, PEN_SAMPLES_MAX, 0);
+	assert_int_equal(rounds.sure, pen_round_count(&rounds));
+	assert_int_equal(pen_round_get(&rounds, rounds.sure - 1).end, PEN_SAMPLES_MAX);
+}
+
+/* Broken when a decision comes before a pixel has its least samples, or later than it could. */
+static void rounds_that_are_sure(void **state)
+{
+	(void)state;
+	assert_int_equal(pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 1024, 1).sure, 1);
+	assert_int_equal(pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 1024, 16).sure, 1);
+	assert_int_equal(pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 1024, 17).sure, 2);
+	assert_int_equal(pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 1024, 1024).sure, 12);
+	assert_int_equal(pen_rounds_of(PEN_ROUNDS_EDGE, 1024, 0).sure, 1);
 }
 
 int main(void)
@@ -139,6 +160,7 @@ int main(void)
 		cmocka_unit_test(tiles_reach_the_far_corner),
 		cmocka_unit_test(rounds_cover_each_sample_once),
 		cmocka_unit_test(rounds_are_the_stated_ones),
+		cmocka_unit_test(rounds_that_are_sure),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -119,7 +119,8 @@ static void add_tile(float *image, struct pen_rect crop, struct pen_rect rect, c
 /* Every round in turn, its tiles from first to last or from last to first. */
 static float *render(const struct made *made, struct pen_rect crop, uint32_t tile_px, bool reverse)
 {
-	const uint32_t samples = made->scene->sampling.samples;
+	const struct pen_rounds rounds =
+		pen_rounds_of(PEN_ROUNDS_UNIFORM, made->scene->sampling.samples, 0);
 	float *image = calloc(PEN_CHANNELS_MIN * pen_rect_area(crop), sizeof *image);
 	float *tile = calloc(PEN_CHANNELS_MIN * (size_t)tile_px * tile_px, sizeof *tile);
 	struct pen_tiling tiling;
@@ -127,9 +128,9 @@ static float *render(const struct made *made, struct pen_rect crop, uint32_t til
 	assert_non_null(image);
 	assert_non_null(tile);
 	pen_tiling_init(&tiling, crop, tile_px);
-	for (uint32_t r = 0; r < pen_round_count(samples); r++)
+	for (uint32_t r = 0; r < pen_round_count(&rounds); r++)
 		for (uint32_t i = 0; i < tiling.count; i++) {
-			const struct pen_round round = pen_round_get(samples, r);
+			const struct pen_round round = pen_round_get(&rounds, r);
 			const struct pen_unit unit = {
 				.rect = pen_tiling_rect(
 					&tiling, reverse ? tiling.count - 1 - i : i),

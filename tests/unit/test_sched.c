@@ -46,7 +46,7 @@ static void add_job(struct pen_sched *sched, uint64_t number, uint32_t side, uin
 		.tiling = &tiling,
 		.frame_first = 1,
 		.frame_end = 2,
-		.samples = samples,
+		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, samples, 0),
 		.priority = 50};
 
 	pen_tiling_init(&tiling, (struct pen_rect){0, 0, side, side}, 16);
@@ -130,7 +130,7 @@ static void test_frames(void **state)
 		.tiling = &tiling,
 		.frame_first = 5,
 		.frame_end = 5 + FRAMES,
-		.samples = 1,
+		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
 		.priority = 50};
 	size_t granted = 0;
 

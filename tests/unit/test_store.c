@@ -253,7 +253,8 @@ static void test_reports(void **state)
 static void test_tiles(void **state)
 {
 	struct fixture *fixture = *state;
-	struct pen_store_tile tiles[] = {{1, 7, {1, 3}}, {2, 0, {1, 11}}, {2, 5, {2, UINT64_MAX}}};
+	struct pen_store_tile tiles[] = {
+		{1, 7, {1, 3, 0}}, {2, 0, {1, 11, 0}}, {2, 5, {2, UINT64_MAX, 0}}};
 	char class_text[] = "c";
 
 	for (uint64_t number = 1; number <= 3; number++) {
