@@ -3,7 +3,8 @@
 
 One odd-sized scene with everything that could tell (moving balls, turning instances, meshes that
 coincide, a lens, glass and gloss) is rendered with 1 and 3 render processes, three tile sizes, and
-with render processes killed, and the float pixels and the files are compared byte by byte.
+with render processes killed, and the float pixels and the files are compared byte by byte. In the
+modes that decide on the way which pixels go on, the coordinator is killed too.
 """
 import contextlib
 import os
@@ -18,6 +19,12 @@ import pytest
 import scene
 
 WIDTH, HEIGHT = 173, 131
+
+MODES = {
+    "edge": {"mode": "edge", "samples": 40, "threshold": 0.15},
+    "adaptive": {"mode": "adaptive", "samples": 300, "min_samples": 16, "error": 0.02},
+    "interleaved": {"mode": "interleaved", "samples": 20, "pattern": 3},
+}
 
 
 def instance(angle, position):
@@ -88,6 +95,28 @@ def test_tiles_and_processes(wanted, processes, tile):
             assert_same(files(service, subject(samples)), wanted[samples])
 
 
+def sampled(mode):
+    body = subject(1)
+    body["sampling"] = MODES[mode]
+    return body
+
+
+@pytest.fixture(scope="module")
+def decided():
+    """Of each mode, with one render process and tiles of 64."""
+    with farm.Farm(1, "--tile", 64) as service:
+        return {mode: files(service, sampled(mode)) for mode in MODES}
+
+
+@pytest.mark.parametrize("tile", [16, 48])
+@pytest.mark.parametrize("processes", [1, 3])
+def test_modes(decided, processes, tile):
+    """Broken by a decision that sees a tile's border, or sums that are not complete."""
+    with farm.Farm(processes, "--tile", tile) as service:
+        for mode in MODES:
+            assert_same(files(service, sampled(mode)), decided[mode])
+
+
 @contextlib.contextmanager
 def killer(service, every=0.2):
     """Kills a render process (SIGKILL) at once and then every 200 ms; yields the times."""
@@ -120,6 +149,29 @@ def test_killed_processes(wanted, samples):
             found = files(service, subject(samples))
         assert kills, "no render process was there to be killed"
         assert_same(found, wanted[samples])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_modes_and_killed_processes(decided, mode):
+    """The same while render processes die: broken by a pixel that joins a round twice."""
+    with farm.Farm(3, "--tile", 16) as service:
+        with killer(service) as kills:
+            found = files(service, sampled(mode))
+        assert kills, "no render process was there to be killed"
+        assert_same(found, decided[mode])
+
+
+@pytest.mark.parametrize("mode", ["edge", "adaptive"])
+def test_modes_and_killed_coordinators(decided, mode):
+    """Broken by masks that are lost with the coordinator, or differ after it has come back."""
+    with farm.Farm(2, "--tile", 16) as service:
+        for share in (0, 0.1, 0.3, 0.5, 0.7, 0.9):
+            render = service.submit(sampled(mode))
+            farm.wait_for(lambda: service.resource(render)["progress"] > share, 30, "progress")
+            service.kill()
+            service.start()
+            service.wait(render)
+            assert_same({"exr": service.image(render)}, {"exr": decided[mode]["exr"]})
 
 
 def test_killed_processes_for_seconds():
