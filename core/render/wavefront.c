@@ -158,28 +158,39 @@ static void add_sample(struct progress *p, const float *radiance, float sum[3])
 		sum[c] += radiance[c];
 }
 
-static void add_first(const struct pen_film *film, const struct pen_first *first, float *pixel)
+static void add_first(const struct pen_first *first, struct pen_first *sum)
 {
-	for (uint32_t c = 0; c < 3 && film->albedo; c++)
-		pixel[film->albedo + c] += first->albedo[c];
-	for (uint32_t c = 0; c < 3 && film->normal; c++)
-		pixel[film->normal + c] += first->normal[c];
-	if (film->depth) {
-		pixel[film->depth] += first->depth;
-		pixel[film->depth + 1] += first->hits;
+	for (int c = 0; c < 3; c++) {
+		sum->albedo[c] += first->albedo[c];
+		sum->normal[c] += first->normal[c];
 	}
+	sum->depth += first->depth;
+	sum->hits += first->hits;
 }
 
-/* The same for the planes of first hits, which are summed one by one. */
+static bool is_finite(const struct pen_first *first)
+{
+	return isfinite(first->albedo[0] + first->albedo[1] + first->albedo[2] + first->normal[0] +
+			first->normal[1] + first->normal[2] + first->depth);
+}
+
+/* The same for the planes of first hits. */
 static void add_firsts(const struct progress *p, const struct task *task, uint32_t place,
 	uint32_t stride, float *pixel)
 {
-	for (uint32_t i = task->first; i < task->end; i++, place += stride) {
-		const struct pen_first *first = &p->wavefront->firsts[place];
+	const struct pen_film *film = &p->wavefront->film;
+	struct pen_first sum = {.hits = 0.0f};
 
-		if (isfinite(first->albedo[0] + first->albedo[1] + first->albedo[2] +
-			     first->normal[0] + first->normal[1] + first->normal[2] + first->depth))
-			add_first(&p->wavefront->film, first, pixel);
+	for (uint32_t i = task->first; i < task->end; i++, place += stride)
+		if (is_finite(&p->wavefront->firsts[place]))
+			add_first(&p->wavefront->firsts[place], &sum);
+	for (uint32_t c = 0; c < 3 && film->albedo; c++)
+		pixel[film->albedo + c] += sum.albedo[c];
+	for (uint32_t c = 0; c < 3 && film->normal; c++)
+		pixel[film->normal + c] += sum.normal[c];
+	if (film->depth) {
+		pixel[film->depth] += sum.depth;
+		pixel[film->depth + 1] += sum.hits;
 	}
 }
 
