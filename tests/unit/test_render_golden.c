@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/digest.h"
+#include "core/render/pictures.h"
 #include "core/render/render.h"
 #include "core/scene/parse.h"
+#include "core/scene/planes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -68,31 +70,96 @@ static const char everything[] =
 	"0.4],"
 	"   \"angle\": 2}]}";
 
-/* Of the PEN_RENDER_ABI that the digests below belong to. */
-enum { GOLDEN_ABI = 1, INTEGRATORS = 3 };
+#define IMAGE                                                                                      \
+	"\"image\": \"sha256:0000000000000000000000000000000000000000000000000000000000000000\""
 
+/* Pictures as colour, normals, roughness and environment; every lobe; what is looked through. */
+static const char surfaces[] =
+	"{\"version\": 1, \"image\": {\"width\": 48, \"height\": 32,"
+	"  \"aovs\": [\"albedo\", \"normal\", \"depth\"]},"
+	"\"camera\": {\"position\": [0, 2, 9], \"look_at\": [0, 1, 0], \"horizontal_fov\": 45},"
+	"\"background\": {" IMAGE ", \"rotation\": 30}, \"sampling\": {\"samples\": 20},"
+	"\"integrator\": {\"type\": \"%s\", \"max_depth\": 6},"
+	"\"textures\": {\"t\": {" IMAGE ", \"color_space\": \"linear\"},"
+	"  \"m\": {" IMAGE ", \"wrap_u\": \"mirror\", \"wrap_v\": \"clamp\"}},"
+	"\"materials\": {\"floor\": {\"type\": \"matte\", \"color\": {\"texture\": \"m\","
+	"    \"transform\": {\"scale\": [40, 40], \"rotation\": 20}}},"
+	"  \"paint\": {\"type\": \"principled\", \"base_color\": {\"texture\": \"t\","
+	"    \"transform\": {\"scale\": [8, 4]}}, \"roughness\": {\"texture\": \"t\"}, "
+	"\"metallic\": 0.5,"
+	"    \"normal\": {\"texture\": \"t\"}, \"clearcoat\": 0.7, \"clearcoat_roughness\": 0.1},"
+	"  \"lamp\": {\"type\": \"principled\", \"emission\": [2, 1, 0.5]},"
+	"  \"body\": {\"type\": \"principled\", \"transmission\": 1, \"roughness\": 0.2,"
+	"    \"base_color\": [0.9, 0.9, 0.6]},"
+	"  \"sheet\": {\"type\": \"principled\", \"transmission\": 0.8, \"double_sided\": false},"
+	"  \"veil\": {\"type\": \"principled\", \"opacity\": 0.4, \"alpha_mode\": \"blend\","
+	"    \"base_color\": [0.2, 0.3, 0.9]},"
+	"  \"sign\": {\"type\": \"principled\", \"unlit\": true, \"base_color\": [0, 0.7, 0]}},"
+	"\"objects\": ["
+	"  {\"type\": \"mesh\", \"material\": \"floor\", \"indices\": [0, 1, 2, 0, 2, 3],"
+	"   \"vertices\": [[-9, 0, 9], [9, 0, 9], [9, 0, -9], [-9, 0, -9]],"
+	"   \"uvs\": [[0, 0], [1, 0], [1, 1], [0, 1]]},"
+	"  {\"type\": \"sphere\", \"material\": \"paint\", \"center\": [0, 0, 0], \"radius\": 1,"
+	"   \"keyframes\": [{\"time\": 0, \"translate\": [-2, 1, 0]},"
+	"     {\"time\": 1, \"translate\": [-1.5, 1.4, 0]}]},"
+	"  {\"type\": \"sphere\", \"material\": \"body\", \"center\": [0, 1, 1], \"radius\": 0.9},"
+	"  {\"type\": \"sphere\", \"material\": \"lamp\", \"center\": [3, 1, -1], \"radius\": 1},"
+	"  {\"type\": \"mesh\", \"material\": \"paint\", \"name\": \"tile\", \"indices\": [0, 1, "
+	"2],"
+	"   \"vertices\": [[1, 0, 2], [2, 0, 2.5], [1.5, 1, 2]],"
+	"   \"uvs\": [[0, 0], [0.2, 0], [0.1, 0.3]]},"
+	"  {\"type\": \"instance\", \"of\": \"tile\", \"material\": \"sheet\","
+	"   \"transform\": {\"translate\": [0, 0.5, 2], \"scale\": [1, 2, 1]}},"
+	"  {\"type\": \"instance\", \"of\": \"tile\", \"material\": \"veil\","
+	"   \"transform\": {\"translate\": [-3, 1, 2], \"scale\": [2, 2, 1]}},"
+	"  {\"type\": \"instance\", \"of\": \"tile\", \"material\": \"sign\","
+	"   \"transform\": {\"translate\": [-2, 2, 0]}}],"
+	"\"lights\": ["
+	"  {\"type\": \"rectangle\", \"corner\": [-3, 5, -1], \"edge_u\": [2, 0, 0],"
+	"   \"edge_v\": [0, 0, 2], \"radiance\": [9, 9, 9]}]}";
+
+/* 4 by 2 texels of red, green, blue and the exponent that they share (Ward's RGBE). */
+static const unsigned char picture[] =
+	"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n"
+	"\x80\x80\xf0\x80\xa0\x70\xe0\x80\x60\x90\xe8\x80\xc0\x30\xf8\x80"
+	"\x10\xf0\xa0\x80\x80\x50\xff\x80\xf0\x98\xc0\x80\x20\x70\xd0\x80";
+
+/* Of the PEN_RENDER_ABI that the digests below belong to. */
+enum { GOLDEN_ABI = 2, INTEGRATORS = 3, SCENES = 2 };
+
+static const char *const scenes[SCENES] = {everything, surfaces};
 static const char *const integrators[INTEGRATORS] = {"distribution", "path", "whitted"};
 
 /* By class without its ABI number. */
 static const struct golden {
 	const char *name;
-	uint64_t digests[INTEGRATORS];
+	uint64_t digests[SCENES][INTEGRATORS];
 } goldens[] = {
 	{"x86-64-v2/embree-3.13.5/AuthenticAMD",
-		{0x6b51b1cda56081ed, 0x0e45d1afe3dfcfe6, 0xffffae0f11d83785}},
+		{{0x6b51b1cda56081ed, 0x0e45d1afe3dfcfe6, 0xffffae0f11d83785},
+			{0xf85e441cce5b51f4, 0x015e8fe6b8e360d3, 0x638b3eb0b5dfcd42}}},
 	{"x86-64-v3/embree-3.13.5/AuthenticAMD",
-		{0x1e1b2a738fb30c10, 0x283ba0dafd9a7a99, 0x2aebc8ca2104ff83}},
+		{{0x1e1b2a738fb30c10, 0x283ba0dafd9a7a99, 0x2aebc8ca2104ff83},
+			{0x86039207846dd3ee, 0xcba08529a0771a32, 0x8cc1098ff409fbea}}},
+	{"x86-64-v4/embree-3.13.5/AuthenticAMD",
+		{{0xe3c4b4726281c03d, 0xeedc38c86b56c5c1, 0x7a2fe5b418a9363d},
+			{0x0dfc8766322a5d08, 0xf12be28825bd2649, 0x10a7d70a5dc201ae}}},
 };
 
-static struct pen_scene *parse(const char *integrator)
+static struct pen_scene *parse(const char *format, const char *integrator)
 {
 	static struct pen_scene_errors errors;
-	char text[sizeof everything + 32];
+	static char text[sizeof everything + sizeof surfaces];
 	struct pen_error err = PEN_ERROR_INIT;
 	struct pen_scene *scene = NULL;
 	json_t *tree = NULL;
+	char *at;
 
-	(void)snprintf(text, sizeof text, everything, integrator);
+	(void)snprintf(text, sizeof text, "%s", format);
+	at = strstr(text, "%s");
+	assert_non_null(at);
+	(void)snprintf(at, sizeof text - (size_t)(at - text), "%s%s", integrator,
+		strstr(format, "%s") + 2);
 	assert_int_equal(pen_json_parse(text, strlen(text), &tree, &err), 0);
 	if (pen_scene_parse(tree, &scene, &errors, &err) < 0)
 		fail_msg("%s %s", errors.items[0].pointer, errors.items[0].detail);
@@ -100,25 +167,42 @@ static struct pen_scene *parse(const char *integrator)
 	return scene;
 }
 
-/* Of the image's middle: a block of sixteen samples, and four that are traced by pixels. */
-static uint64_t digest_of(enum pen_isa isa, const char *integrator)
+static struct pen_pictures *load_pictures(const struct pen_scene *scene)
 {
-	static float pixels[PEN_CHANNELS_MIN * 32 * 16];
+	const struct pen_blob blob = {picture, sizeof picture - 1};
+	const struct pen_blob blobs[] = {blob, blob, blob};
+	static struct pen_scene_errors errors;
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_pictures *pictures = NULL;
+
+	assert_true(scene->asset_count <= sizeof blobs / sizeof *blobs);
+	if (pen_pictures_load(scene, blobs, &errors, &pictures, &err) < 0)
+		fail_msg("%s %s", errors.items[0].pointer, errors.items[0].detail);
+	return pictures;
+}
+
+/* Of the image's middle: a block of sixteen samples, and four that are traced by pixels. */
+static uint64_t digest_of(enum pen_isa isa, const char *format, const char *integrator)
+{
+	static float pixels[PEN_CHANNELS_MAX * 32 * 16];
 	const struct pen_unit unit = {
 		.rect = {8, 8, 40, 24}, .frame = 1, .sample_first = 0, .sample_end = 20};
 	struct pen_error err = PEN_ERROR_INIT;
-	struct pen_scene *scene = parse(integrator);
+	struct pen_scene *scene = parse(format, integrator);
+	const uint32_t channels = pen_scene_film(scene).channels;
+	struct pen_pictures *pictures = load_pictures(scene);
 	struct pen_render_scene *ready = NULL;
 	struct pen_renderer *renderer = NULL;
 
-	if (pen_render_scene_create(scene, NULL, 1, isa, &ready, &err) < 0)
+	if (pen_render_scene_create(scene, pictures, 1, isa, &ready, &err) < 0)
 		fail_msg("%s", err.text);
 	assert_int_equal(pen_renderer_create(ready, &renderer, &err), 0);
 	pen_renderer_unit(renderer, &unit, pixels, NULL, NULL);
 	pen_renderer_destroy(renderer);
 	pen_render_scene_destroy(ready);
+	pen_pictures_destroy(pictures);
 	pen_scene_destroy(scene);
-	return pen_xxh3(pixels, sizeof pixels);
+	return pen_xxh3(pixels, channels * pen_rect_area(unit.rect) * sizeof *pixels);
 }
 
 static const struct golden *find_golden(const char *class)
@@ -136,6 +220,7 @@ static void check_class(enum pen_isa isa)
 {
 	char class[PEN_CLASS_TEXT];
 	const struct golden *golden;
+	int changed = 0;
 
 	if (!pen_isa_supported(isa)) {
 		print_message("%s does not run here\n", pen_isa_name(isa));
@@ -143,16 +228,17 @@ static void check_class(enum pen_isa isa)
 	}
 	pen_class_format(isa, class);
 	golden = find_golden(class);
-	for (int i = 0; i < INTEGRATORS; i++) {
-		const uint64_t digest = digest_of(isa, integrators[i]);
+	for (int i = 0; i < SCENES * INTEGRATORS; i++) {
+		const char *integrator = integrators[i % INTEGRATORS];
+		const uint64_t digest = digest_of(isa, scenes[i / INTEGRATORS], integrator);
 
-		print_message(
-			"%s %s 0x%016llx\n", class, integrators[i], (unsigned long long)digest);
-		if (golden && digest != golden->digests[i])
-			fail_msg("the image of %s has changed: if that is intended, raise "
-				 "PEN_RENDER_ABI, and GOLDEN_ABI with the digests printed here",
-				integrators[i]);
+		print_message("%s scene %d %s 0x%016llx\n", class, i / INTEGRATORS, integrator,
+			(unsigned long long)digest);
+		changed += golden && digest != golden->digests[i / INTEGRATORS][i % INTEGRATORS];
 	}
+	if (changed > 0)
+		fail_msg("images have changed: if that is intended, raise PEN_RENDER_ABI, and "
+			 "GOLDEN_ABI with the digests printed here");
 	if (!golden) {
 		print_message("no digests are known of this class\n");
 		skip();
