@@ -66,7 +66,9 @@ class Failed(Error):
 
     def __init__(self, resource):
         reason = resource.get("error") or resource["state"]
-        super().__init__(f"render {resource['id']}: {reason}")
+        lines = [f"  {e.get('pointer') or '(scene)'}: {e.get('detail')}"
+                 for e in resource.get("errors") or ()]
+        super().__init__("\n".join([f"render {resource['id']}: {reason}", *lines]))
         self.resource = resource
 
 

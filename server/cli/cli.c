@@ -2,6 +2,7 @@
 #include "server/cli/cli.h"
 
 #include "server/cli/interrupt.h"
+#include "server/cli/print.h"
 
 #include <jansson.h>
 #include <stdarg.h>
@@ -83,23 +84,6 @@ int pen_cli_usage(const char *command, const char *format, ...)
 	return PEN_EXIT_USAGE;
 }
 
-static void offenders_print(const json_t *answer)
-{
-	const json_t *error;
-	size_t i;
-
-	json_array_foreach (json_object_get(answer, "errors"), i, error) {
-		const char *pointer = json_string_value(json_object_get(error, "pointer"));
-		const char *detail = json_string_value(json_object_get(error, "detail"));
-
-		/* The scene went out inside an envelope that the user has not written. */
-		if (pointer && strncmp(pointer, "/scene/", 7) == 0)
-			pointer += 6;
-		if (pointer && detail)
-			(void)fprintf(stderr, "  %s: %s\n", *pointer ? pointer : "/", detail);
-	}
-}
-
 int pen_cli_fail(const struct pen_client *client, const struct pen_error *err)
 {
 	if (pen_interrupted()) {
@@ -108,7 +92,7 @@ int pen_cli_fail(const struct pen_client *client, const struct pen_error *err)
 	}
 	(void)fprintf(stderr, "penumbra: %s\n", err->text);
 	if (client)
-		offenders_print(pen_client_answer(client));
+		pen_print_errors(pen_client_answer(client), stderr);
 	switch (err->code) {
 	case PEN_ECLOSED: return PEN_EXIT_UNREACHABLE;
 	case PEN_EINVALID:

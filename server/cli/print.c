@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/cli/print.h"
 
+#include "core/base/text.h"
+
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { VALUE_SIZE = 128, COLUMNS_MAX = 12 };
+enum { VALUE_SIZE = 128, COLUMNS_MAX = 12, LINE_MAX_BYTES = 4096 };
 
 void pen_print_json(const json_t *answer)
 {
@@ -45,6 +47,47 @@ void pen_print_members(json_t *object)
 			continue;
 		value_format(value, text);
 		(void)printf("%s: %s\n", key, text);
+	}
+}
+
+static int plain(const char *text)
+{
+	const size_t length = pen_text_plain(text);
+
+	return length < LINE_MAX_BYTES ? (int)length : LINE_MAX_BYTES;
+}
+
+void pen_print_errors(const json_t *answer, FILE *stream)
+{
+	const json_t *error;
+	size_t i;
+
+	json_array_foreach (json_object_get(answer, "errors"), i, error) {
+		const char *pointer = json_string_value(json_object_get(error, "pointer"));
+		const char *detail = json_string_value(json_object_get(error, "detail"));
+
+		if (!pointer || !detail)
+			continue;
+		/* The scene went out inside an envelope that the user has not written. */
+		if (strncmp(pointer, "/scene/", 7) == 0)
+			pointer += 6;
+		if (*pointer == '\0')
+			pointer = "/";
+		(void)fprintf(
+			stream, "  %.*s: %.*s\n", plain(pointer), pointer, plain(detail), detail);
+	}
+}
+
+void pen_print_warnings(const json_t *answer, const char *prefix, FILE *stream)
+{
+	const json_t *warning;
+	size_t i;
+
+	json_array_foreach (json_object_get(answer, "warnings"), i, warning) {
+		const char *text = json_string_value(warning);
+
+		if (text)
+			(void)fprintf(stream, "%s%.*s\n", prefix, plain(text), text);
 	}
 }
 

@@ -236,6 +236,8 @@ int pen_cli_render(int argc, char **argv)
 	pen_interrupt_catch();
 	pen_source_init(&run.source);
 	if (run_through(&run) == 0) {
+		if (!options.quiet)
+			pen_print_warnings(run.finished, "penumbra: warning: ", stderr);
 		outcome_print(&run);
 	} else {
 		if (run.err.code == PEN_ECLOSED)

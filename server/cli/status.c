@@ -72,8 +72,11 @@ int pen_cli_status(int argc, char **argv)
 		r = pen_client_call(session.client, "GET", "/v1/farm", NULL, 0, &session.err);
 	if (r == 0 && session.options.json)
 		pen_print_json(pen_client_answer(session.client));
-	else if (r == 0)
+	else if (r == 0) {
 		pen_print_members(pen_client_answer(session.client));
+		pen_print_errors(pen_client_answer(session.client), stdout);
+		pen_print_warnings(pen_client_answer(session.client), "warning: ", stdout);
+	}
 	return pen_session_close(&session, r);
 }
 

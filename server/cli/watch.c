@@ -79,6 +79,9 @@ int pen_cli_watch(int argc, char **argv)
 	if (!pen_session_open(&session, &watch_usage, argc, argv, &code))
 		return code;
 	r = follow(&session, &resource);
+	if (r == 0 && !session.options.quiet)
+		pen_print_warnings(
+			pen_client_answer(session.client), "penumbra: warning: ", stderr);
 	if (session.options.json && pen_client_answer(session.client))
 		pen_print_json(pen_client_answer(session.client));
 	else if (r == 0)

@@ -214,6 +214,23 @@ def test_watch_tells_why_a_render_failed():
     assert "  /objects/2: too large" in run.stderr
 
 
+def test_warnings_are_shown_and_cannot_drive_the_terminal():
+    """Breaks when a finished render hides what it lacks, or a file's bytes reach the terminal."""
+    done = {**DONE, "warnings": ["/objects/0: left out \u00e4", "a\u001b[2Jb"]}
+    failed = {**DONE, "state": "failed", "error": "bad",
+              "errors": [{"pointer": "/objects/2\n", "detail": "too \u001blarge"}]}
+    with FakeServer({("GET", "/v1/renders/abc"): (200, done),
+                     ("GET", "/v1/renders/abd"): (200, failed)}) as server:
+        watched = penumbra("watch", "abc", server=server)
+        shown = penumbra("status", "abc", server=server).stdout
+        broken = penumbra("status", "abd", server=server).stdout
+    assert watched.returncode == 0
+    assert "penumbra: warning: /objects/0: left out \u00e4\n" in watched.stderr
+    assert "warning: /objects/0: left out \u00e4\nwarning: a\n" in shown
+    assert "  /objects/2: too \n" in broken
+    assert "\x1b" not in watched.stderr + shown + broken
+
+
 def test_watch_outlives_a_restart_of_the_server():
     answers = {("GET", "/v1/renders/abc"): (200, RUNNING)}
     with FakeServer(answers) as server:

@@ -72,6 +72,14 @@ def test_watching_ends_with_the_render(server):
     assert caught.value.status == 410
 
 
+def test_a_failed_render_says_all_that_is_wrong():
+    """Breaks when the errors of a scene's files are lost between the resource and the exception."""
+    errors = [{"pointer": "/objects/0", "detail": "broken"}, {"pointer": "", "detail": "odd"}]
+    text = str(penumbra.Failed({"id": "abc", "state": "failed", "error": "bad", "errors": errors}))
+    assert text == "render abc: bad\n  /objects/0: broken\n  (scene): odd"
+    assert str(penumbra.Failed({"id": "abc", "state": "cancelled"})) == "render abc: cancelled"
+
+
 def test_the_list_has_every_render_once_newest_first(server):
     """Breaks when a page is fetched twice or the cursor is dropped."""
     ids = [server.submit({**SCENE, "sampling": {"samples": 1, "seed": n}}).id for n in range(3)]
