@@ -112,16 +112,35 @@ static bool choose_format(
 	return true;
 }
 
-/* From ?exposure=, else as the scene says; answers 400 and returns false. */
-static bool choose_exposure(struct pen_exchange *exchange, double *exposure)
+/* From ?layer=, else the colour; answers 404 and returns false. */
+static bool choose_layer(struct pen_exchange *exchange, uint32_t layers, enum pen_layer *ret_layer)
+{
+	const char *given = pen_exchange_query(exchange, "layer");
+	char text[128] = "the image has no such layer; it has ";
+	size_t length = strlen(text);
+
+	*ret_layer = PEN_LAYER_COLOR;
+	if (!given || (pen_layer_parse(given, ret_layer) && layers >> *ret_layer & 1))
+		return true;
+	for (unsigned i = PEN_LAYER_COLOR; i < PEN_LAYERS; i++)
+		if (layers >> i & 1)
+			length += (size_t)snprintf(text + length, sizeof text - length, "%s%s",
+				i > 0 ? ", " : "", pen_layer_name((enum pen_layer)i));
+	pen_exchange_problem(exchange, 404, text);
+	return false;
+}
+
+/*
+ * From ?exposure=, else as the scene says, which speaks of the colour; answers 400 and returns
+ * false.
+ */
+static bool choose_exposure(struct pen_exchange *exchange, enum pen_layer layer, double *exposure)
 {
 	const char *text = pen_exchange_query(exchange, "exposure");
 	char *end;
 
-	if (pen_exchange_query(exchange, "layer")) {
-		pen_exchange_problem(exchange, 400, "layer is not supported yet");
-		return false;
-	}
+	if (layer != PEN_LAYER_COLOR)
+		*exposure = 0.0;
 	if (!text)
 		return true;
 	*exposure = strtod(text, &end);
@@ -233,10 +252,15 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 		.height = job->height,
 		.tiling = job->tiling,
 		.planes = pen_planes_of(job->aovs, job->sampling.mode),
+		.layers = pen_layers_of(job->aovs),
+		.samples = job->sampling.samples,
 		.exposure = job->exposure,
+		.content = job->content,
+		.equivalence_class = job->equivalence_class,
 	};
 	if (!choose_format(exchange, parameters->extension, &encoding.format) ||
-		!choose_exposure(exchange, &encoding.exposure))
+		!choose_layer(exchange, encoding.layers, &encoding.layer) ||
+		!choose_exposure(exchange, encoding.layer, &encoding.exposure))
 		return;
 	if (pen_api_render_over(job) && job->image_revision == 0) {
 		pen_exchange_problem(
@@ -247,8 +271,9 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 	delivery.final = encoding.final;
 	delivery.negotiated = !parameters->extension[0];
 	delivery.progress = frame.progress;
-	(void)snprintf(delivery.etag, sizeof delivery.etag, "\"%" PRIx64 "-%u-%" PRIu64 "-%s%a\"",
-		encoding.final ? 0 : exchange->api->boot, encoding.frame, encoding.revision,
+	(void)snprintf(delivery.etag, sizeof delivery.etag,
+		"\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s%a\"", encoding.final ? 0 : exchange->api->boot,
+		encoding.frame, encoding.revision, pen_layer_name(encoding.layer),
 		pen_image_format_extension(encoding.format), encoding.exposure);
 	answer_image(&delivery, &encoding, job);
 }

@@ -63,8 +63,9 @@ static void key_of(const struct pen_encoding *encoding, char ret_key[static PEN_
 	bool toned = encoding->format == PEN_IMAGE_PNG || encoding->format == PEN_IMAGE_JPEG;
 	double exposure = toned ? encoding->exposure : 0.0;
 
-	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%u/%" PRIu64 "%s/%a.%s", encoding->job_id,
-		encoding->frame, encoding->revision, encoding->final ? "-final" : "", exposure,
+	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%u/%" PRIu64 "%s/%s/%a.%s", encoding->job_id,
+		encoding->frame, encoding->revision, encoding->final ? "-final" : "",
+		pen_layer_name(encoding->layer), exposure,
 		pen_image_format_extension(encoding->format));
 }
 
@@ -318,12 +319,14 @@ static struct pending *find_pending(struct pen_encoders *encoders, const char *k
 static struct pending *pending_create(const struct pen_encoding *encoding, const char *key)
 {
 	struct pending *pending = calloc(1, sizeof *pending);
+	struct pen_encoding_request *request;
 
 	if (!pending)
 		return NULL;
 	pending->framebuffer_fd = -1;
 	(void)snprintf(pending->key, sizeof pending->key, "%s", key);
-	pending->request = (struct pen_encoding_request){
+	request = &pending->request;
+	*request = (struct pen_encoding_request){
 		.format = encoding->format,
 		.final = encoding->final,
 		.width = encoding->width,
@@ -331,8 +334,17 @@ static struct pending *pending_create(const struct pen_encoding *encoding, const
 		.crop = encoding->tiling.crop,
 		.tile_px = encoding->tiling.tile_px,
 		.planes = encoding->planes,
+		.layers = encoding->layers,
+		.layer = encoding->layer,
+		.samples = encoding->samples,
+		.frame = encoding->frame,
 		.exposure = encoding->exposure,
 	};
+	if (encoding->content[0] == '\0' || !encoding->equivalence_class)
+		return pending;
+	(void)snprintf(request->content, sizeof request->content, "%s", encoding->content);
+	(void)snprintf(request->equivalence_class, sizeof request->equivalence_class, "%s",
+		encoding->equivalence_class);
 	return pending;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/format.h"
+#include "core/base/layer.h"
 #include "core/base/tile.h"
 
 #include <stdbool.h>
@@ -24,8 +25,12 @@ struct pen_encoding {
 	enum pen_image_format format;
 	uint32_t width, height; /* of the whole image */
 	struct pen_tiling tiling;
-	uint32_t planes; /* enum pen_plane: of the framebuffer */
-	double exposure; /* stops; PNG and JPEG */
+	uint32_t planes;			 /* enum pen_plane: of the framebuffer */
+	uint32_t layers;			 /* 1 << enum pen_layer: the job's */
+	enum pen_layer layer;			 /* one of them: what the image shows */
+	uint32_t samples;			 /* of a pixel, at most */
+	double exposure;			 /* stops; PNG and JPEG */
+	const char *content, *equivalence_class; /* "" and NULL: not known yet */
 };
 
 /*

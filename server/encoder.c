@@ -23,37 +23,115 @@
 
 /* Rows of the image from those of the framebuffer. */
 struct source {
+	const struct pen_encoding_request *request;
 	struct pen_framebuf framebuf;
 	struct pen_framebuf_rows rows;
 	float *film; /* a row */
 };
 
-static void mean_of_sums(
-	const struct pen_film *film, const float *sums, size_t count, float *ret_rgba)
+/* The values of a layer of a pixel that is rendered, from its film; returns past the last. */
+static float *layer_values(
+	const struct pen_film *film, enum pen_layer layer, const float *sums, float *ret_values)
 {
-	for (size_t i = 0; i < count; i++, sums += film->channels, ret_rgba += 4) {
-		bool rendered = sums[3] > 0.0f;
+	const float *of = sums;
 
-		for (unsigned c = 0; c < 3; c++)
-			ret_rgba[c] = rendered ? sums[c] / sums[3] : 0.0f;
-		ret_rgba[3] = rendered ? 1.0f : 0.0f;
+	switch (layer) {
+	case PEN_LAYER_DEPTH:
+		of = sums + film->depth;
+		*ret_values++ = of[1] > 0.0f ? of[0] / of[1] : INFINITY;
+		return ret_values;
+	case PEN_LAYER_SAMPLES: *ret_values++ = sums[PEN_CHANNEL_COUNT]; return ret_values;
+	case PEN_LAYER_ALBEDO: of = sums + film->albedo; break;
+	case PEN_LAYER_NORMAL: of = sums + film->normal; break;
+	case PEN_LAYER_COLOR: break;
 	}
+	for (uint32_t c = 0; c < 3; c++)
+		*ret_values++ = of[c] / sums[PEN_CHANNEL_COUNT];
+	if (layer == PEN_LAYER_COLOR)
+		*ret_values++ = 1.0f;
+	return ret_values;
 }
 
-static int source_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
+/* A pixel of the colour and, in an EXR, of all other layers. */
+static float *color_values(const struct source *source, const float *sums, float *ret_values)
+{
+	const struct pen_encoding_request *request = source->request;
+
+	ret_values = layer_values(&source->framebuf.film, PEN_LAYER_COLOR, sums, ret_values);
+	for (unsigned i = PEN_LAYER_ALBEDO; i < PEN_LAYERS; i++)
+		if (request->format == PEN_IMAGE_EXR && request->layers >> i & 1)
+			ret_values = layer_values(
+				&source->framebuf.film, (enum pen_layer)i, sums, ret_values);
+	return ret_values;
+}
+
+/* A value as formats can show it that hold no negative and no infinite ones: in 0..1. */
+static float shown_value(const struct pen_encoding_request *request, float value)
+{
+	switch ((enum pen_layer)request->layer) {
+	case PEN_LAYER_NORMAL: return 0.5f + 0.5f * value;
+	case PEN_LAYER_DEPTH: return 1.0f / (1.0f + value);
+	case PEN_LAYER_SAMPLES: return value / (float)request->samples;
+	case PEN_LAYER_ALBEDO:
+	case PEN_LAYER_COLOR: break;
+	}
+	return value;
+}
+
+/* A pixel that shows one layer: its values as colours, a single one as grey. */
+static float *shown_values(const struct source *source, const float *sums, float *ret_values)
+{
+	const struct pen_encoding_request *request = source->request;
+	const enum pen_layer layer = (enum pen_layer)request->layer;
+
+	(void)layer_values(&source->framebuf.film, layer, sums, ret_values);
+	if (pen_layer_channels(layer) == 1)
+		ret_values[1] = ret_values[2] = ret_values[0];
+	for (uint32_t c = 0; c < 3 && request->format != PEN_IMAGE_EXR; c++)
+		ret_values[c] = shown_value(request, ret_values[c]);
+	ret_values[3] = 1.0f;
+	return ret_values + 4;
+}
+
+/* How many values color_values or shown_values gives. */
+static size_t value_count(const struct pen_encoding_request *request)
+{
+	size_t count = 4;
+
+	for (unsigned i = PEN_LAYER_ALBEDO; i < PEN_LAYERS; i++)
+		if (request->format == PEN_IMAGE_EXR && request->layer == PEN_LAYER_COLOR &&
+			request->layers >> i & 1)
+			count += pen_layer_channels((enum pen_layer)i);
+	return count;
+}
+
+static int source_row(void *user, uint32_t y, float *ret_values, struct pen_error *err)
 {
 	struct source *source = user;
 	const struct pen_rect crop = source->framebuf.tiling.crop;
+	const size_t count = value_count(source->request);
+	const float *sums = source->film;
 	int r = pen_framebuf_row(&source->rows, y - crop.y0, source->film, err);
 
-	if (r == 0)
-		mean_of_sums(&source->framebuf.film, source->film, pen_rect_width(crop), ret_rgba);
-	return r;
+	if (r < 0)
+		return r;
+	for (uint32_t x = crop.x0; x < crop.x1; x++, sums += source->framebuf.film.channels) {
+		if (sums[PEN_CHANNEL_COUNT] > 0.0f) {
+			ret_values = source->request->layer == PEN_LAYER_COLOR
+					     ? color_values(source, sums, ret_values)
+					     : shown_values(source, sums, ret_values);
+			continue;
+		}
+		memset(ret_values, 0, count * sizeof *ret_values);
+		ret_values += count;
+	}
+	return 0;
 }
 
 static int source_init(struct source *source, const struct pen_encoding_request *request, int fd,
 	struct pen_error *err)
 {
+	source->request = request;
 	source->framebuf.film = pen_film_of(request->planes);
 	pen_tiling_init(&source->framebuf.tiling, request->crop, request->tile_px);
 	source->film =
@@ -70,6 +148,18 @@ static void source_finish(struct source *source)
 	free(source->film);
 }
 
+/* What the image shows is there, in the framebuffer too. */
+static bool layers_valid(const struct pen_encoding_request *request)
+{
+	const struct pen_film film = pen_film_of(request->planes);
+
+	return request->layers < 1u << PEN_LAYERS && request->layer < PEN_LAYERS &&
+	       request->layers >> PEN_LAYER_COLOR & 1 && request->layers >> request->layer & 1 &&
+	       (film.albedo || !(request->layers >> PEN_LAYER_ALBEDO & 1)) &&
+	       (film.normal || !(request->layers >> PEN_LAYER_NORMAL & 1)) &&
+	       (film.depth || !(request->layers >> PEN_LAYER_DEPTH & 1)) && request->samples > 0;
+}
+
 static bool request_valid(const struct pen_encoding_request *request)
 {
 	struct pen_rect whole = {.x1 = request->width, .y1 = request->height};
@@ -78,7 +168,9 @@ static bool request_valid(const struct pen_encoding_request *request)
 	       request->height <= PEN_IMAGE_SIDE_MAX && pen_rect_valid(request->crop) &&
 	       pen_rect_contains(whole, request->crop) && request->tile_px > 0 &&
 	       request->tile_px % 16 == 0 && request->tile_px <= PEN_TILE_SIDE_MAX &&
-	       isfinite(request->exposure);
+	       isfinite(request->exposure) && layers_valid(request) &&
+	       memchr(request->content, '\0', sizeof request->content) &&
+	       memchr(request->equivalence_class, '\0', sizeof request->equivalence_class);
 }
 
 static int encode(const struct pen_encoding_request *request, int framebuffer_fd, int file_fd,
@@ -92,6 +184,10 @@ static int encode(const struct pen_encoding_request *request, int framebuffer_fd
 		.window = request->crop,
 		.final = request->final != 0,
 		.exposure = request->exposure,
+		.is_plain = request->layer > PEN_LAYER_ALBEDO,
+		.layers = request->layer == PEN_LAYER_COLOR ? request->layers : 0,
+		.origin = {request->content, request->equivalence_class, request->samples,
+			request->frame},
 	};
 	int r;
 
@@ -158,10 +254,10 @@ static int serve(struct pen_error *err)
 	return r;
 }
 
-static int black_row(void *user, uint32_t y, float *ret_rgba, struct pen_error *err)
+static int black_row(void *user, uint32_t y, float *ret_values, struct pen_error *err)
 {
 	(void)user, (void)y, (void)err;
-	memset(ret_rgba, 0, 4 * sizeof(float));
+	memset(ret_values, 0, 4 * sizeof(float));
 	return 0;
 }
 

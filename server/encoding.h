@@ -2,6 +2,7 @@
 #ifndef PEN_SERVER_ENCODING_H
 #define PEN_SERVER_ENCODING_H
 
+#include "core/base/limits.h"
 #include "core/base/rect.h"
 
 #include <assert.h>
@@ -21,10 +22,16 @@ struct pen_encoding_request {
 	uint32_t width, height;
 	struct pen_rect crop;
 	uint32_t tile_px;
-	uint32_t planes; /* enum pen_plane: of the framebuffer */
+	uint32_t planes;  /* enum pen_plane: of the framebuffer */
+	uint32_t layers;  /* 1 << enum pen_layer: which an EXR of the colour has */
+	uint32_t layer;	  /* enum pen_layer: what the image shows */
+	uint32_t samples; /* of a pixel, at most */
+	uint32_t frame;
 	double exposure;
+	char content[72]; /* address; "": not known yet, nor is the class */
+	char equivalence_class[PEN_CLASS_BYTES_MAX + 1];
 };
-static_assert(sizeof(struct pen_encoding_request) == 48, "no padding");
+static_assert(sizeof(struct pen_encoding_request) == 232, "no padding");
 
 struct pen_encoding_reply {
 	uint64_t size; /* of the file */

@@ -11,6 +11,7 @@ extern "C" {
 #include <exception>
 #include <memory>
 #include <new>
+#include <string_view>
 #include <unistd.h>
 
 namespace
@@ -80,14 +81,18 @@ OIIO::ImageSpec image_spec(const struct pen_oiio_layout &layout)
 	spec.y = static_cast<int>(layout.window.y0);
 	spec.full_width = static_cast<int>(layout.width);
 	spec.full_height = static_cast<int>(layout.height);
+	spec.channelnames.assign(layout.names, layout.names + layout.channels);
 	spec.attribute("oiio:ColorSpace", layout.linear ? "Linear" : "sRGB");
-	/* A writer takes the settings of its own format and passes over the others. */
+	/* A writer passes over the settings of others, but PNG's keeps all text. */
 	spec.attribute("png:compressionLevel", layout.final ? 6 : 1);
 	if (layout.linear)
 		spec.attribute("compression", "zip");
 	else
 		spec.attribute("Compression", layout.final ? "jpeg:95" : "jpeg:90");
-	spec.attribute("jpeg:subsampling", "4:4:4");
+	if (std::string_view(layout.format) == "jpeg")
+		spec.attribute("jpeg:subsampling", "4:4:4");
+	for (unsigned i = 0; i < layout.attribute_count; i++)
+		spec.attribute(layout.attributes[i].name, layout.attributes[i].text);
 	/* The EXR writer adds the time of day unless this is set, and drops what is no string. */
 	spec.attribute("DateTime", 0);
 	return spec;

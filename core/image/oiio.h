@@ -3,6 +3,8 @@
 #define PEN_IMAGE_OIIO_H
 
 #include "core/base/error.h"
+#include "core/base/layer.h"
+#include "core/base/limits.h"
 #include "core/base/rect.h"
 
 #include <stdbool.h>
@@ -11,13 +13,23 @@
 /* OpenImageIO behind a C face: no exception passes it, and it starts no thread. For codec.c alone.
  */
 
+struct pen_oiio_attribute {
+	const char *name;
+	char text[PEN_CLASS_BYTES_MAX + 1];
+};
+
+enum { PEN_OIIO_ATTRIBUTES = 5 };
+
 struct pen_oiio_layout {
 	const char *format;	/* OpenImageIO's name: "png", "jpeg", "openexr", "hdr" */
 	uint32_t width, height; /* of the whole image */
 	struct pen_rect window; /* the pixels that are stored */
-	unsigned channels;	/* 3: R, G, B; 4: and A */
-	bool linear;		/* floats in linear light; else bytes in sRGB */
-	bool final;		/* compress well; else fast */
+	unsigned channels;	/* 3: R, G, B; 4: and A; more in EXR */
+	const char *names[PEN_LAYER_CHANNELS_MAX]; /* of the channels */
+	unsigned attribute_count;
+	struct pen_oiio_attribute attributes[PEN_OIIO_ATTRIBUTES]; /* in EXR and PNG */
+	bool linear; /* floats in linear light; else bytes in sRGB */
+	bool final;  /* compress well; else fast */
 };
 
 struct pen_oiio_output;

@@ -11,19 +11,33 @@ double pen_srgb_decode(double encoded)
 	return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-void pen_tonemap_init(struct pen_tonemap *tonemap, double exposure)
+/* Where the search for each cell's codes begins, from the limits of all codes but the last. */
+static void find_starts(struct pen_tonemap *tonemap)
 {
 	unsigned code = 0;
 
-	tonemap->scale = (float)exp2(exposure);
-	for (unsigned k = 0; k < 255; k++)
-		tonemap->limits[k] = (float)pen_srgb_decode((k + 0.5) / 255.0);
 	tonemap->limits[255] = INFINITY;
 	for (unsigned cell = 0; cell < CELLS; cell++) {
 		while ((float)cell / CELLS >= tonemap->limits[code])
 			code++;
 		tonemap->starts[cell] = (uint8_t)code;
 	}
+}
+
+void pen_tonemap_init(struct pen_tonemap *tonemap, double exposure)
+{
+	tonemap->scale = (float)exp2(exposure);
+	for (unsigned k = 0; k < 255; k++)
+		tonemap->limits[k] = (float)pen_srgb_decode((k + 0.5) / 255.0);
+	find_starts(tonemap);
+}
+
+void pen_tonemap_init_plain(struct pen_tonemap *tonemap)
+{
+	tonemap->scale = 1.0f;
+	for (unsigned k = 0; k < 255; k++)
+		tonemap->limits[k] = (float)((k + 0.5) / 255.0);
+	find_starts(tonemap);
 }
 
 uint8_t pen_tonemap_value(const struct pen_tonemap *tonemap, float linear)

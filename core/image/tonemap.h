@@ -20,6 +20,9 @@ double pen_srgb_decode(double encoded);
 
 void pen_tonemap_init(struct pen_tonemap *tonemap, double exposure);
 
+/* No light: the nearest code of a value clamped to 0..1. */
+void pen_tonemap_init_plain(struct pen_tonemap *tonemap);
+
 uint8_t pen_tonemap_value(const struct pen_tonemap *tonemap, float linear);
 
 /* count pixels of R, G, B, A; ret_pixels gets channels (3 or 4) bytes each, the fourth 255 where A

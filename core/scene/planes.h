@@ -3,8 +3,11 @@
 #define PEN_SCENE_PLANES_H
 
 #include "core/base/film.h"
+#include "core/base/layer.h"
 #include "core/base/tile.h"
 #include "core/scene/desc.h"
+
+#include <assert.h>
 
 /* The film's planes (enum pen_plane) for these layers (enum pen_aov), sampled in this way. */
 static inline uint32_t pen_planes_of(uint32_t aovs, enum pen_sampling_mode mode)
@@ -20,6 +23,17 @@ static inline uint32_t pen_planes_of(uint32_t aovs, enum pen_sampling_mode mode)
 	if (mode == PEN_SAMPLING_ADAPTIVE)
 		planes |= PEN_PLANE_MOMENTS;
 	return planes;
+}
+
+/* The layers (1 << enum pen_layer) of an image with these (enum pen_aov): the colour, and those. */
+static inline uint32_t pen_layers_of(uint32_t aovs)
+{
+	static_assert(PEN_AOV_ALBEDO << 1 == 1 << PEN_LAYER_ALBEDO &&
+			      PEN_AOV_NORMAL << 1 == 1 << PEN_LAYER_NORMAL &&
+			      PEN_AOV_DEPTH << 1 == 1 << PEN_LAYER_DEPTH &&
+			      PEN_AOV_SAMPLES << 1 == 1 << PEN_LAYER_SAMPLES,
+		"in one order");
+	return 1u << PEN_LAYER_COLOR | aovs << 1;
 }
 
 /* The rounds of an image that is sampled in this way. */

@@ -15,7 +15,8 @@ import pytest
 from farm import program
 
 PNG, JPEG, EXR, HDR = range(4)
-REQUEST = struct.Struct("=IIIIIIIIIId")  # struct pen_encoding_request
+REQUEST = struct.Struct("=14Id72s96s")  # struct pen_encoding_request
+COLOR, ALBEDO, NORMAL, DEPTH, SAMPLES = range(5)  # enum pen_layer
 REPLY = struct.Struct("=Qi500s")  # struct pen_encoding_reply
 SOCKET = 3
 
@@ -47,12 +48,12 @@ class Encoder:
         size, code, text = REPLY.unpack(self.link.recv(REPLY.size))
         return code, text.split(b"\0")[0].decode(), size
 
-    def encode(self, frame, image_format, final=True, exposure=0.0):
+    def encode(self, frame, image_format, final=True, exposure=0.0, **more):
         """The bytes of the file made from a frame."""
         with tempfile.TemporaryFile() as framebuffer, tempfile.TemporaryFile() as output:
             framebuffer.write(frame.bytes())
             framebuffer.flush()
-            request = frame.request(image_format, final, exposure)
+            request = frame.request(image_format, final, exposure, **more)
             code, text, size = self.ask(request, framebuffer, output)
             assert (code, text) == (0, "")
             data = output.read()
@@ -61,10 +62,13 @@ class Encoder:
 
 
 class Frame:
-    """A picture as the coordinator keeps it: a dict of (x, y) to (r, g, b, count)."""
+    """A picture as the coordinator keeps it: a dict of (x, y) to (r, g, b, count).
 
-    def __init__(self, width, height, crop=None, tile_px=16, seed=1, holes=0.0):
-        self.width, self.height, self.tile_px = width, height, tile_px
+    With layers each pixel goes on with sums of albedo, normal and depth, and the count of hits.
+    """
+
+    def __init__(self, width, height, crop=None, tile_px=16, seed=1, holes=0.0, layers=False):
+        self.width, self.height, self.tile_px, self.layers = width, height, tile_px, layers
         self.crop = crop or (0, 0, width, height)
         values = random.Random(seed)
         self.pixels = {}
@@ -73,6 +77,15 @@ class Frame:
                 count = 0 if values.random() < holes else values.choice([1, 3, 16, 64])
                 sums = [single(values.uniform(0, 2) * count) for _ in range(3)]
                 self.pixels[x, y] = (*sums, float(count))
+                if layers:
+                    self.pixels[x, y] += self.firsts(values, count)
+
+    @staticmethod
+    def firsts(values, count):
+        hits = values.choice([0, count // 2, count])
+        return (*(single(values.uniform(0, 1) * hits) for _ in range(3)),
+                *(single(values.uniform(-1, 1) * hits) for _ in range(3)),
+                single(values.uniform(1, 9) * hits), float(hits))
 
     def bytes(self):
         x0, y0, x1, y1 = self.crop
@@ -82,17 +95,34 @@ class Frame:
             for tx in range(x0 // px * px, x1, px):
                 tile = [self.pixels[x, y] for y in range(max(ty, y0), min(ty + px, y1))
                         for x in range(max(tx, x0), min(tx + px, x1))]
-                used = b"".join(struct.pack("<4f", *pixel) for pixel in tile)
-                out += used.ljust(px * px * 16, b"\xff")  # NaNs where nothing may be read
+                used = b"".join(struct.pack(f"<{len(pixel)}f", *pixel) for pixel in tile)
+                # NaNs where nothing may be read
+                out += used.ljust(px * px * (48 if self.layers else 16), b"\xff")
         return bytes(out)
 
-    def request(self, image_format, final, exposure):
+    def request(self, image_format, final, exposure, layer=COLOR, content="", number=1):
+        planes, layers = (7, 31) if self.layers else (0, 1)
         return REQUEST.pack(image_format, final, self.width, self.height, *self.crop,
-                            self.tile_px, 0, exposure)
+                            self.tile_px, planes, layers, layer, 64, number, exposure,
+                            content.encode(), b"1/class" if content else b"")
+
+    def layer(self, layer, x, y):
+        """The values of a layer at a pixel, in single precision."""
+        if layer == COLOR:
+            return self.linear(x, y)
+        pixel = self.pixels[x, y]
+        if pixel[3] == 0:
+            return (0.0,) * (3 if layer < DEPTH else 1)
+        if layer == SAMPLES:
+            return (pixel[3],)
+        if layer == DEPTH:
+            return (single(pixel[10] / pixel[11]) if pixel[11] else math.inf,)
+        first = 4 if layer == ALBEDO else 7
+        return tuple(single(s / pixel[3]) for s in pixel[first:first + 3])
 
     def linear(self, x, y):
         """The mean colour and alpha at a pixel, in single precision."""
-        *sums, count = self.pixels.get((x, y), (0.0, 0.0, 0.0, 0.0))
+        *sums, count = self.pixels.get((x, y), (0.0, 0.0, 0.0, 0.0))[:4]
         if count == 0:
             return (0.0, 0.0, 0.0, 0.0)
         return (*(single(s / count) for s in sums), 1.0)
@@ -173,6 +203,66 @@ def test_a_partial_png_is_transparent_where_nothing_is_rendered(shared):
     assert set(alphas.values()) == {0, 255}
 
 
+LAYERED = Frame(37, 21, crop=(2, 3, 37, 20), holes=0.2, layers=True)
+CHANNELS = {COLOR: ("R", "G", "B", "A"), ALBEDO: ("albedo.R", "albedo.G", "albedo.B"),
+            NORMAL: ("normal.X", "normal.Y", "normal.Z"), DEPTH: ("depth.Z",),
+            SAMPLES: ("samples.X",)}
+
+
+def test_exr_has_all_layers_by_name(shared):
+    """Breaks if a layer has another's values or name, or a depth without hits is finite."""
+    spec, pixels = decode(shared.encode(LAYERED, EXR), "exr")
+    assert sorted(spec.channelnames) == sorted(sum(CHANNELS.values(), ()))
+    x0, y0, x1, y1 = LAYERED.crop
+    places = {layer: [spec.channelnames.index(name) for name in names]
+              for layer, names in CHANNELS.items()}
+    for y in range(y0, y1):
+        for x in range(x0, x1):
+            for layer, channels in places.items():
+                found = tuple(float(pixels[y - y0][x - x0][c]) for c in channels)
+                assert found == LAYERED.layer(layer, x, y)
+    assert any(LAYERED.layer(DEPTH, x, y) == (math.inf,) for x, y in LAYERED.pixels)
+
+
+@pytest.mark.parametrize("layer", [ALBEDO, NORMAL, DEPTH, SAMPLES])
+def test_a_layer_alone_in_exr(shared, layer):
+    """Breaks if it is scaled, or is not what a viewer takes for the image."""
+    spec, pixels = decode(shared.encode(LAYERED, EXR, layer=layer), "exr")
+    assert spec.channelnames == ("R", "G", "B", "A")
+    x0, y0, x1, y1 = LAYERED.crop
+    for (x, y), pixel in LAYERED.pixels.items():
+        values = LAYERED.layer(layer, x, y)
+        values = values * 3 if len(values) == 1 else values
+        assert tuple(pixels[y - y0][x - x0]) == (*values, float(pixel[3] > 0))
+
+
+@pytest.mark.parametrize("layer", [ALBEDO, NORMAL, DEPTH, SAMPLES])
+def test_a_layer_alone_in_png(shared, layer):
+    """Breaks if negative or infinite values do not show, or data get a curve that is for light."""
+    shown = {ALBEDO: lambda v: srgb(v, 0), NORMAL: lambda v: 255 * (v / 2 + 0.5),
+             DEPTH: lambda v: 255 / (1 + v), SAMPLES: lambda v: 255 * v / 64}[layer]
+    _, pixels = decode(shared.encode(LAYERED, PNG, layer=layer), "png")
+    for (x, y), pixel in LAYERED.pixels.items():
+        values = LAYERED.layer(layer, x, y)
+        values = values * 3 if len(values) == 1 else values
+        wanted = [shown(v) for v in values] if pixel[3] > 0 else [0, 0, 0]
+        *found, alpha = (int(v) for v in pixels[y][x])
+        assert all(abs(a - b) <= 0.501 for a, b in zip(found, wanted))
+        assert alpha == 255 * (pixel[3] > 0)
+
+
+@pytest.mark.parametrize("image_format, extension", [(EXR, "exr"), (PNG, "png")])
+def test_files_say_where_they_come_from(shared, image_format, extension):
+    """Breaks if a file cannot be told apart from that of another request, class or version."""
+    data = shared.encode(FRAMES[1], image_format, content="ab" * 32, number=7)
+    spec, _ = decode(data, extension)
+    said = {a.name: a.value for a in spec.extra_attribs}
+    assert said["Software"].startswith("Penumbra ")
+    assert {name: said[f"penumbra:{name}"] for name in ("content", "class", "samples", "frame")} \
+        == {"content": "ab" * 32, "class": "1/class", "samples": "64", "frame": "7"}
+    assert "DateTime" not in said and "HostComputer" not in said
+
+
 def test_hdr_keeps_shared_exponent_precision(shared):
     """Breaks if values are clamped, tone-mapped or off by more than RGBE's eight bits."""
     frame = FRAMES[3]
@@ -226,9 +316,10 @@ def test_bright_and_dark_extremes(shared):
 
 def bad_requests():
     frame = FRAMES[1]
-    good = [PNG, 1, frame.width, frame.height, *frame.crop, 16, 0, 0.0]
+    good = [PNG, 1, frame.width, frame.height, *frame.crop, 16, 0, 1, COLOR, 64, 1, 0.0, b"", b""]
     for index, value in [(0, 4), (2, 16385), (3, 0), (4, 37), (6, 38), (8, 0), (8, 24), (8, 272),
-                         (10, math.nan), (10, math.inf)]:
+                         (10, 0), (10, 3), (10, 33), (11, SAMPLES), (11, 5), (12, 0),
+                         (14, math.nan), (14, math.inf), (15, b"x" * 72), (16, b"x" * 96)]:
         yield REQUEST.pack(*good[:index], value, *good[index + 1:])
 
 

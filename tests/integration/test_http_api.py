@@ -430,7 +430,7 @@ def test_an_image_before_anything_is_rendered(server):
     ("/v1/renders/done/image.png?exposure=nan", 400),
     ("/v1/renders/done/image.png?exposure=65", 400),
     ("/v1/renders/done/image.png?exposure=", 400),
-    ("/v1/renders/done/image.png?layer=depth", 400)])
+    ("/v1/renders/done/image.png?layer=depth", 404)])
 def test_images_that_there_are_not(server, path, status):
     problem(server.get(path), status)
 
