@@ -9,9 +9,11 @@
 
 static char *plain_copy(const char *text, size_t max)
 {
-	const size_t plain = pen_text_plain(text);
+	char *copy = strndup(text, max);
 
-	return strndup(text, plain < max ? plain : max);
+	if (copy)
+		pen_text_clean(copy);
+	return copy;
 }
 
 static void add_error(struct pen_findings *findings, const struct pen_control *control)

@@ -7,8 +7,8 @@
 #include "worker/channel.h"
 
 /*
- * What a scene process has told of its scene: errors and warnings, the first of each, cut where
- * they are no plain text. All 0 is an empty one; it may be moved by copying it.
+ * What a scene process has told of its scene: errors and warnings, the first of each, with '?'
+ * where they are no plain text. All 0 is an empty one; it may be moved by copying it.
  */
 struct pen_findings {
 	uint32_t error_count, warning_count;

@@ -251,7 +251,7 @@ static void handle_control(void *user)
 		control.pointer[sizeof control.pointer - 1] = '\0';
 		control.reason[sizeof control.reason - 1] = '\0';
 		/* What the coordinator would refuse must not reach it. */
-		control.reason[pen_text_plain(control.reason)] = '\0';
+		pen_text_clean(control.reason);
 	}
 	if (r < 0 || !take_control(host, &control)) {
 		/* It has gone, or it has gone mad; the zygote tells of its end. */

@@ -32,3 +32,9 @@ size_t pen_text_plain(const char *text)
 		s += step;
 	return (size_t)(s - (const unsigned char *)text);
 }
+
+void pen_text_clean(char *text)
+{
+	while (*(text += pen_text_plain(text)))
+		*text = '?';
+}

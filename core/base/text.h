@@ -11,4 +11,7 @@
  */
 size_t pen_text_plain(const char *text);
 
+/* Puts '?' in the place of each byte that is not plain; pen_text_plain then has all of it. */
+void pen_text_clean(char *text);
+
 #endif

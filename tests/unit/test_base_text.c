@@ -33,9 +33,24 @@ static void test_plain(void **state)
 		assert_int_equal(pen_text_plain(cases[i].text), cases[i].plain);
 }
 
+/* Fails when a byte that is not plain stays, or one that is goes. */
+static void test_clean(void **state)
+{
+	char text[] = "n\xc3\xa4h\n\xc3\x1b[\xe2\x82", plain[] = "\xe2\x82\xac 1", empty[] = "";
+
+	(void)state;
+	pen_text_clean(text);
+	assert_string_equal(text, "n\xc3\xa4h???[??");
+	pen_text_clean(plain);
+	assert_string_equal(plain, "\xe2\x82\xac 1");
+	pen_text_clean(empty);
+	assert_string_equal(empty, "");
+}
+
 int main(void)
 {
-	const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain)};
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(test_plain), cmocka_unit_test(test_clean)};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
