@@ -436,9 +436,9 @@ static void clear_principled(struct pen_points *points)
 		points->f0[i] = points->metallic[i] = points->transmission[i] = 0.0f;
 		points->albedo[i] = points->coat[i] = 0.0f;
 		points->coat_alpha[i] = 1.0f;
-		points->coat_x[i] = points->normal_x[i];
-		points->coat_y[i] = points->normal_y[i];
-		points->coat_z[i] = points->normal_z[i];
+		points->coat_x[i] = points->smooth_x[i] = points->normal_x[i];
+		points->coat_y[i] = points->smooth_y[i] = points->normal_y[i];
+		points->coat_z[i] = points->smooth_z[i] = points->normal_z[i];
 		points->solid[i] = 0;
 	}
 }

@@ -46,6 +46,8 @@ PEN_LANE struct pen_principled pen_detail_principled(const struct pen_points *po
 		.coat = points->coat[lane],
 		.coat_alpha = points->coat_alpha[lane],
 		.coat_normal = {points->coat_x[lane], points->coat_y[lane], points->coat_z[lane]},
+		.smooth_normal = {points->smooth_x[lane], points->smooth_y[lane],
+			points->smooth_z[lane]},
 	};
 }
 

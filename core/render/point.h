@@ -40,6 +40,9 @@ struct pen_points {
 	float coat_x[PEN_LANES];
 	float coat_y[PEN_LANES];
 	float coat_z[PEN_LANES];
+	float smooth_x[PEN_LANES]; /* the normal before a normal map bent it */
+	float smooth_y[PEN_LANES];
+	float smooth_z[PEN_LANES];
 	uint32_t solid[PEN_LANES];
 };
 

@@ -10,10 +10,11 @@
  *
  *   coat(mix(fresnel_mix(mix(diffuse, transmission), specular), conductor, metallic), specular)
  *
- * GGX with separable Smith masking, and Schlick's Fresnel term at the half vector. Two things are
+ * GGX with separable Smith masking, and Schlick's Fresnel term at the half vector. Three things are
  * decided here, see deploy/decisions/0007-principled.md: transmission through a closed mesh
- * refracts, by the exact Fresnel term; and what the specular layer returns of a white world is
- * never given to the diffuse base as well, which near grazing glTF's mix would do.
+ * refracts, by the exact Fresnel term; what the specular layer returns of a white world is never
+ * given to the diffuse base as well, which near grazing glTF's mix would do; and the diffuse base
+ * grows dark towards the terminator of the surface that a normal map bends.
  */
 
 struct pen_principled {
@@ -27,6 +28,7 @@ struct pen_principled {
 	float coat;   /* strength */
 	float coat_alpha;
 	struct pen_vec3 coat_normal;
+	struct pen_vec3 smooth_normal; /* n before a normal map bent it */
 };
 
 /* bsdf * |cos| by parts, and densities of the lobes by themselves. */
@@ -68,6 +70,20 @@ PEN_LANE float pen_coat_share(const struct pen_principled *p, struct pen_vec3 wo
 	const float c = fabsf(pen_dot(p->coat_normal, wo));
 
 	return p->coat * (0.04f + 0.96f * pen_schlick_weight(c));
+}
+
+/*
+ * How much of the light from wi reaches a diffuse surface whose normal smooth is bent to n: 1 where
+ * the bent surface is turned away from the light more than the smooth one; else it fades to nothing
+ * where the smooth surface turns dark, and not at once (Chiang, Li, Burley 2019, "Taming the shadow
+ * terminator").
+ */
+PEN_LANE float pen_terminator(struct pen_vec3 smooth, struct pen_vec3 n, struct pen_vec3 wi)
+{
+	const float bent = pen_dot(n, wi) * pen_max(pen_dot(n, smooth), PEN_TINY);
+	const float g = pen_clamp(pen_dot(smooth, wi) / pen_max(bent, PEN_TINY), 0.0f, 1.0f);
+
+	return g * (1.0f + g * (1.0f - g));
 }
 
 /* The other side of the surface: where light through a thin wall would have been reflected to. */
@@ -143,7 +159,8 @@ PEN_LANE struct pen_principled_value pen_principled_eval(
 	const float coat_share = pen_coat_share(p, wo);
 	const float below = 1.0f - coat_share;
 	const float to_base = pen_min(1.0f - fresnel, 1.0f - p->albedo);
-	const float diffuse = below * dielectric * (1.0f - p->transmission) * to_base * base.value;
+	const float lit = base.value * pen_terminator(p->smooth_normal, n, wi);
+	const float diffuse = below * dielectric * (1.0f - p->transmission) * to_base * lit;
 	const float thin = up ? 0.0f : facet.value * (1.0f - fresnel);
 	const float through =
 		below * dielectric * p->transmission * (p->is_solid ? bent.value : thin);

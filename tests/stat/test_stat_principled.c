@@ -60,7 +60,8 @@ static struct surface make(
 			.is_solid = s->is_solid,
 			.coat = s->coat,
 			.coat_alpha = pen_max(s->coat_roughness * s->coat_roughness, PEN_ALPHA_MIN),
-			.coat_normal = n},
+			.coat_normal = n,
+			.smooth_normal = n},
 		.n = n,
 		.wo = pen_to_world(&basis, local),
 		.follows_diffuse = diffuse,
@@ -179,7 +180,7 @@ static void opaque_surfaces_are_reciprocal(void **state)
 			pen_warp_cosine(random_next(&numbers), random_next(&numbers));
 		struct pen_principled_value there, back;
 
-		s.p.coat_normal = n;
+		s.p.coat_normal = s.p.smooth_normal = n;
 		s.p.albedo = 0.0f;
 		if (a.z < 0.05f || b.z < 0.05f)
 			continue;
@@ -215,10 +216,39 @@ static void values_are_those_of_gltf(void **state)
 	s = make(&all[3], &albedo, 0.0, true);
 	s.p.color = pen_vec3(0.7f, 0.7f, 0.7f);
 	s.p.alpha = 0.25f;
-	s.p.coat_normal = n;
+	s.p.coat_normal = s.p.smooth_normal = n;
 	s.p.albedo = 0.0f;
 	value = pen_principled_eval(&s.p, n, v, l);
 	assert_float_equal(value.diffuse.x + value.others.x, (float)wanted, 1e-5f);
+}
+
+/* Light that a normal map lets in below the surface, or that ends on its terminator at once. */
+static void bent_surfaces_fade_at_the_terminator(void **state)
+{
+	static struct pen_albedo albedo;
+	struct surface s;
+	float before = 0.0f;
+
+	(void)state;
+	pen_albedo_init(&albedo);
+	s = make(&all[0], &albedo, 0.0, true);
+	s.p.smooth_normal = s.p.coat_normal = pen_vec3(0.0f, 0.0f, 1.0f);
+	s.n = pen_vec3(0.6f, 0.0f, 0.8f);
+	for (int degrees = -20; degrees <= 40; degrees++) {
+		const double angle = degrees * M_PI / 180.0;
+		const struct pen_vec3 wi = {(float)cos(angle), 0.0f, (float)sin(angle)};
+		const double g = sin(angle) / (0.8 * (double)pen_dot(s.n, wi));
+		const double wanted = g <= 0.0 ? 0.0 : g >= 1.0 ? 1.0 : g + g * g - g * g * g;
+		const float found = pen_terminator(s.p.smooth_normal, s.n, wi);
+		const float lit =
+			pen_principled_eval(&s.p, s.n, pen_vec3(0.0f, 0.0f, 1.0f), wi).diffuse.x;
+
+		assert_float_equal(found, (float)wanted, 1e-5f);
+		assert_true(lit >= 0.0f && lit - before < 0.02f);
+		before = lit;
+	}
+	assert_true(before > 0.1f);
+	assert_float_equal(pen_terminator(s.n, s.n, pen_vec3(0.0f, 0.1f, 0.9f)), 1.0f, 1e-5f);
 }
 
 int main(void)
@@ -228,6 +258,7 @@ int main(void)
 		cmocka_unit_test(furnace_is_not_outshone),
 		cmocka_unit_test(opaque_surfaces_are_reciprocal),
 		cmocka_unit_test(values_are_those_of_gltf),
+		cmocka_unit_test(bent_surfaces_fade_at_the_terminator),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
