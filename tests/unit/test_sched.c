@@ -206,6 +206,67 @@ static void test_rounds_in_order(void **state)
 	pen_sched_destroy(sched);
 }
 
+static struct pen_sched_actions decide(
+	struct pen_sched *sched, uint64_t job, const struct pen_demand *demands)
+{
+	return step(sched,
+		(struct pen_sched_event){
+			.type = PEN_SCHED_DECIDED, .job = job, .u.decided = {1, demands}},
+		0);
+}
+
+/* Broken by: a decision asked for before all is merged, twice, or never; tiles that skip a round
+ * but are leased; an end while pixels go on. */
+static void test_decisions(void **state)
+{
+	enum { TILES = 4 };
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+	struct pen_sched_action lease[TILES];
+	struct pen_tiling tiling;
+	struct pen_demand demands[TILES];
+	struct pen_sched_job job = {.number = 1,
+		.tiling = &tiling,
+		.frame_first = 1,
+		.frame_end = 2,
+		.rounds = pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 64, 16),
+		.priority = 50};
+
+	(void)state;
+	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 32, 32}, 16);
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_worker(sched, 1, 4, "a");
+	actions = tick(sched, 0);
+	assert_int_equal(count(actions, PEN_SCHED_LEASE), TILES);
+	for (size_t i = 0, n = 0; i < actions.count; i++)
+		if (actions.items[i].type == PEN_SCHED_LEASE)
+			lease[n++] = actions.items[i];
+	for (uint32_t i = 0; i < TILES; i++) {
+		assert_int_equal(count(tick(sched, 1), PEN_SCHED_DECIDE), 0);
+		actions = finish_unit(sched, lease[i], 2);
+		assert_int_equal(count(actions, PEN_SCHED_LEASE), 0);
+	}
+	assert_int_equal(find(actions, PEN_SCHED_DECIDE).frame, 1);
+	assert_int_equal(count(tick(sched, 3), PEN_SCHED_DECIDE), 0);
+
+	/* One tile goes on, and once more; the others have ended. */
+	for (uint32_t i = 0; i < TILES; i++)
+		demands[i] = (struct pen_demand){1, true, 256, 256 * 16};
+	for (uint16_t round = 1; round < 3; round++) {
+		demands[2] = (struct pen_demand){(uint16_t)(round + 1), false, 7, 7 * 64};
+		actions = decide(sched, 1, demands);
+		assert_int_equal(count(actions, PEN_SCHED_LEASE), 1);
+		assert_int_equal(find(actions, PEN_SCHED_LEASE).tile, 2);
+		assert_int_equal(find(actions, PEN_SCHED_LEASE).round, round);
+		actions = finish_unit(sched, find(actions, PEN_SCHED_LEASE), 4);
+		assert_int_equal(count(actions, PEN_SCHED_DECIDE), 1);
+		assert_int_equal(count(actions, PEN_SCHED_RENDERED), 0);
+	}
+	demands[2] = (struct pen_demand){3, true, 7, 7 * 48};
+	assert_int_equal(count(decide(sched, 1, demands), PEN_SCHED_RENDERED), 1);
+	pen_sched_destroy(sched);
+}
+
 /* Broken by: counting faults wrongly, retrying where it failed, or a reason without the tile. */
 static void test_three_faults(void **state)
 {
@@ -453,6 +514,7 @@ int main(void)
 		cmocka_unit_test(test_first_leases),
 		cmocka_unit_test(test_frames),
 		cmocka_unit_test(test_rounds_in_order),
+		cmocka_unit_test(test_decisions),
 		cmocka_unit_test(test_three_faults),
 		cmocka_unit_test(test_kills),
 		cmocka_unit_test(test_scene_fault),
