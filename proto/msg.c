@@ -147,13 +147,18 @@ static int read_scene_data(const union wire *wire, struct pen_msg *msg, struct p
 	if (data->missing)
 		return msg->payload_size == 0
 			       ? 0
-			       : pen_error_set(err, PEN_EPROTOCOL, "a missing scene has bytes");
-	r = check_range(data->size, 1, PEN_SCENE_BYTES_MAX, "the scene's size", err);
+			       : pen_error_set(err, PEN_EPROTOCOL, "what is missing has bytes");
+	if (msg->type == PEN_FRAME_ASSET_DATA && data->size == 0 && data->offset == 0 &&
+		msg->payload_size == 0)
+		return 0; /* an empty file */
+	r = msg->type == PEN_FRAME_ASSET_DATA
+		    ? check_range(data->size, 1, PEN_ASSET_BYTES_MAX, "the asset's size", err)
+		    : check_range(data->size, 1, PEN_SCENE_BYTES_MAX, "the scene's size", err);
 	if (r == 0)
-		r = check_range(data->offset, 0, data->size - 1, "the scene's offset", err);
+		r = check_range(data->offset, 0, data->size - 1, "the offset", err);
 	if (r == 0)
 		r = check_range(msg->payload_size, 1, data->size - data->offset,
-			"the size of a piece of a scene", err);
+			"the size of a piece", err);
 	return r;
 }
 
@@ -504,6 +509,10 @@ static const struct {
 	[PEN_FRAME_SCENE_GET] = {&pen__wire__scene_get__descriptor, read_scene_get,
 		write_scene_get},
 	[PEN_FRAME_SCENE_DATA] = {&pen__wire__scene_data__descriptor, read_scene_data,
+		write_scene_data},
+	[PEN_FRAME_ASSET_GET] = {&pen__wire__scene_get__descriptor, read_scene_get,
+		write_scene_get},
+	[PEN_FRAME_ASSET_DATA] = {&pen__wire__scene_data__descriptor, read_scene_data,
 		write_scene_data},
 	[PEN_FRAME_LEASE] = {&pen__wire__lease__descriptor, read_lease, write_lease},
 	[PEN_FRAME_REVOKE] = {&pen__wire__revoke__descriptor, read_revoke, write_revoke},

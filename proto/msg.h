@@ -39,6 +39,7 @@ struct pen_msg_text { /* Refuse, Drain */
 	const char *reason;
 };
 
+/* The same of assets, whose frames have types of their own. */
 struct pen_msg_scene_get {
 	struct pen_sha256 sha256;
 };
@@ -120,7 +121,8 @@ struct pen_msg {
 		struct pen_msg_heartbeat heartbeat;
 		struct pen_msg_scene_report scene_report;
 	} u;
-	const void *payload; /* of SCENE_DATA and RESULT; of LEASE: NULL or a mask of the tile */
+	const void *payload; /* of SCENE_DATA, ASSET_DATA and RESULT; of LEASE: NULL or a mask of
+				the tile */
 	size_t payload_size;
 };
 

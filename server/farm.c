@@ -5,6 +5,7 @@
 #include "core/base/limits.h"
 #include "core/base/log.h"
 #include "core/base/mask.h"
+#include "server/asset_file.h"
 #include "server/link.h"
 #include "server/scene_file.h"
 
@@ -139,7 +140,16 @@ static void send_scene(struct worker *worker, const struct pen_sha256 *sha256)
 	int fd = -1;
 
 	(void)pen_scene_file_open(worker->farm->scenes_dir, sha256, &fd, &size, NULL);
-	pen_link_send_scene(worker->link, sha256, fd, size);
+	pen_link_send_file(worker->link, PEN_FRAME_SCENE_DATA, sha256, fd, size);
+}
+
+static void send_asset(struct worker *worker, const struct pen_sha256 *sha256)
+{
+	uint64_t size = 0;
+	int fd = -1;
+
+	(void)pen_asset_file_open(worker->farm->assets_dir, sha256, &fd, &size, NULL);
+	pen_link_send_file(worker->link, PEN_FRAME_ASSET_DATA, sha256, fd, size);
 }
 
 static void note_outcome(struct worker *worker, enum pen_dispatch_outcome outcome, uint64_t samples)
@@ -187,6 +197,7 @@ static void handle_welcomed(struct worker *worker, const struct pen_msg *msg)
 	worker->shown.heartbeat_ms = pen_clock_wall_ms();
 	switch (msg->type) {
 	case PEN_FRAME_SCENE_GET: send_scene(worker, &msg->u.scene_get.sha256); break;
+	case PEN_FRAME_ASSET_GET: send_asset(worker, &msg->u.scene_get.sha256); break;
 	case PEN_FRAME_RESULT: handle_result(worker, msg); break;
 	case PEN_FRAME_FAILURE: handle_failure(worker, &msg->u.failure); break;
 	case PEN_FRAME_HEARTBEAT:

@@ -15,11 +15,12 @@ enum {
 	OUT_BYTES_MAX = 4 << 20,   /* waiting to be written */
 	ARENA_BYTES_MAX = 1 << 20, /* of one message */
 	FINISH_MS = 2000,
-	TRANSFERS_MAX = 2 * PEN_SCENES_CACHED_MAX
+	TRANSFERS_MAX = 4 * PEN_SCENES_CACHED_MAX
 };
 
-/* A scene on its way. */
+/* A scene or an asset on its way. */
 struct transfer {
+	enum pen_frame_type type;
 	struct pen_sha256 sha256;
 	int fd;
 	uint64_t size, offset;
@@ -38,7 +39,7 @@ struct pen_link {
 	struct pen_arena arena;
 	struct pen_buf out, written; /* waiting; being written */
 	uint32_t sequence;
-	struct transfer transfers[TRANSFERS_MAX]; /* the first one is being sent */
+	struct transfer transfers[TRANSFERS_MAX]; /* the first one's piece is next */
 	size_t transfer_count;
 };
 
@@ -91,7 +92,16 @@ static void end_transfer(struct pen_link *link)
 		link->transfer_count * sizeof *link->transfers);
 }
 
-/* One more piece of the scene that is being sent. */
+static void turn_transfers(struct pen_link *link)
+{
+	const struct transfer first = link->transfers[0];
+	const size_t last = link->transfer_count - 1;
+
+	memmove(link->transfers, link->transfers + 1, last * sizeof *link->transfers);
+	link->transfers[last] = first;
+}
+
+/* One more piece of the first transfer, which then takes its turn behind the others. */
 static void append_piece(struct pen_link *link)
 {
 	static_assert(PIECE_BYTES <= PEN_FRAME_PAYLOAD_MAX, "a piece fits a frame");
@@ -100,7 +110,7 @@ static void append_piece(struct pen_link *link)
 	size_t size = left < PIECE_BYTES ? (size_t)left : PIECE_BYTES;
 	void *piece = malloc(size > 0 ? size : 1);
 	struct pen_msg msg = {
-		.type = PEN_FRAME_SCENE_DATA,
+		.type = transfer->type,
 		.u.scene_data = {.sha256 = transfer->sha256,
 			.size = transfer->size,
 			.offset = transfer->offset},
@@ -109,12 +119,14 @@ static void append_piece(struct pen_link *link)
 	};
 
 	if (!piece || pread(transfer->fd, piece, size, (off_t)transfer->offset) != (ssize_t)size) {
-		fail(link, "its scene cannot be read");
+		fail(link, "its scene or asset cannot be read");
 	} else {
 		append(link, &msg);
 		transfer->offset += size;
 		if (transfer->offset == transfer->size)
 			end_transfer(link);
+		else
+			turn_transfers(link);
 	}
 	free(piece);
 }
@@ -167,11 +179,11 @@ void pen_link_send(struct pen_link *link, const struct pen_msg *msg)
 	flush(link);
 }
 
-void pen_link_send_scene(
-	struct pen_link *link, const struct pen_sha256 *sha256, int fd, uint64_t size)
+void pen_link_send_file(struct pen_link *link, enum pen_frame_type type,
+	const struct pen_sha256 *sha256, int fd, uint64_t size)
 {
 	struct pen_msg missing = {
-		.type = PEN_FRAME_SCENE_DATA,
+		.type = type,
 		.u.scene_data = {.sha256 = *sha256, .missing = true},
 	};
 
@@ -182,11 +194,11 @@ void pen_link_send_scene(
 	if (link->closing || link->finishing || link->transfer_count == TRANSFERS_MAX) {
 		(void)close(fd);
 		if (link->transfer_count == TRANSFERS_MAX)
-			fail(link, "it asks for too many scenes at once");
+			fail(link, "it asks for too many files at once");
 		return;
 	}
 	link->transfers[link->transfer_count++] =
-		(struct transfer){.sha256 = *sha256, .fd = fd, .size = size};
+		(struct transfer){.type = type, .sha256 = *sha256, .fd = fd, .size = size};
 	flush(link);
 }
 

@@ -34,9 +34,12 @@ const char *pen_link_address(const struct pen_link *link);
 /* Does nothing once the link is closing. */
 void pen_link_send(struct pen_link *link, const struct pen_msg *msg);
 
-/* Sends size bytes of fd as the scene sha256; fd becomes the link's. fd < 0: there is none. */
-void pen_link_send_scene(
-	struct pen_link *link, const struct pen_sha256 *sha256, int fd, uint64_t size);
+/*
+ * Sends size bytes of fd as the scene (SCENE_DATA) or asset (ASSET_DATA) sha256, piece by piece
+ * between other messages; fd becomes the link's. fd < 0: there is none.
+ */
+void pen_link_send_file(struct pen_link *link, enum pen_frame_type type,
+	const struct pen_sha256 *sha256, int fd, uint64_t size);
 
 /* Closes when what was sent before has been written, or after two seconds. */
 void pen_link_finish(struct pen_link *link);

@@ -31,9 +31,11 @@ struct entry {
 	int text;	/* sealed memory when whole; -1 = none */
 	uint64_t text_size, text_received;
 	struct pen_host *host;
+	uint32_t assets_given; /* of those that the host needs */
 	int64_t since_ms, retry_ms;
 	uint32_t failures;    /* processes in a row that ended while building */
 	enum pen_fault fault; /* of a failed one */
+	bool forget;	      /* a failed one is tried again when somebody asks */
 	char reason[PEN_REASON_MAX];
 	struct pen_findings findings;
 	uint64_t told[TOLD_MAX]; /* renders whose owner knows the findings, the last ones */
@@ -46,6 +48,7 @@ struct pen_cache {
 	const struct pen_worker_config *config;
 	const struct pen_cache_events *events;
 	void *user;
+	struct pen_assets *assets;
 	struct pen_host *spare;
 	int64_t spare_retry_ms;
 	uint32_t spare_failures;
@@ -135,6 +138,71 @@ static void handle_ready(void *user, struct pen_host *host)
 	cache->events->changed(cache->user);
 }
 
+/* Without its file no scene is whole; but the file may come, so nothing is remembered. */
+static void lack_asset(
+	struct pen_cache *cache, struct entry *entry, bool is_missing, const char *reason)
+{
+	entry->forget = true;
+	fail(cache, entry, is_missing ? PEN_FAULT_SCENE : PEN_FAULT_NO_SCENE, reason);
+}
+
+/*
+ * Hands the assets that a scene process needs over in its order, as they come; those behind the
+ * next one are asked for meanwhile.
+ */
+static void give_assets(struct pen_cache *cache, struct entry *entry)
+{
+	enum { AHEAD = 4 };
+	const struct pen_sha256 *needs;
+	const uint32_t count = pen_host_needs(entry->host, &needs);
+
+	if (entry->state != ENTRY_LOADING || entry->assets_given == count ||
+		!cache->events->in_use(cache->user, &entry->sha256))
+		return;
+	for (uint32_t i = entry->assets_given; i < count && i < entry->assets_given + AHEAD; i++) {
+		const char *reason = NULL;
+		bool is_missing = false;
+		int fd = -1;
+		enum pen_demand demand =
+			pen_assets_demand(cache->assets, &needs[i], &fd, &reason, &is_missing);
+
+		if (demand == PEN_DEMAND_FAILED) {
+			lack_asset(cache, entry, is_missing, reason);
+			return;
+		}
+		if (demand == PEN_DEMAND_READY && i == entry->assets_given &&
+			pen_host_give(entry->host, i, fd)) {
+			entry->assets_given++;
+			entry->since_ms = pen_clock_ms();
+		}
+	}
+}
+
+static void handle_needs(void *user, struct pen_host *host)
+{
+	struct pen_cache *cache = user;
+	struct entry *entry = find_host(cache, host);
+
+	if (entry)
+		give_assets(cache, entry);
+}
+
+static void handle_fetch(void *user, const struct pen_sha256 *sha256)
+{
+	struct pen_cache *cache = user;
+
+	cache->events->fetch_asset(cache->user, sha256);
+}
+
+static void handle_assets_changed(void *user)
+{
+	struct pen_cache *cache = user;
+
+	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
+		if (cache->entries[i].host)
+			give_assets(cache, &cache->entries[i]);
+}
+
 static void handle_failed(void *user, struct pen_host *host, const char *reason)
 {
 	struct pen_cache *cache = user;
@@ -172,6 +240,7 @@ static void handle_lost(
 }
 
 static const struct pen_host_events host_events = {
+	.needs = handle_needs,
 	.ready = handle_ready,
 	.failed = handle_failed,
 	.idle = handle_idle,
@@ -197,6 +266,7 @@ static void load(struct pen_cache *cache, struct entry *entry)
 	}
 	entry->host = cache->spare;
 	entry->state = ENTRY_LOADING;
+	entry->assets_given = 0;
 	entry->since_ms = pen_clock_ms();
 	cache->spare = NULL;
 	if (make_spare(cache, &err) < 0)
@@ -298,7 +368,7 @@ static int append_text(struct entry *entry, const struct pen_msg *msg, struct pe
 	int r;
 
 	if (entry->text < 0) {
-		r = pen_memory_text(data->size, &entry->text, err);
+		r = pen_memory_create("pen-scene", data->size, &entry->text, err);
 		if (r < 0)
 			return r;
 		entry->text_size = data->size;
@@ -334,8 +404,14 @@ void pen_cache_receive(struct pen_cache *cache, const struct pen_msg *scene_data
 		fail(cache, entry, PEN_FAULT_NO_SCENE, err.text);
 }
 
+void pen_cache_receive_asset(struct pen_cache *cache, const struct pen_msg *asset_data)
+{
+	pen_assets_receive(cache->assets, asset_data);
+}
+
 void pen_cache_disconnect(struct pen_cache *cache)
 {
+	pen_assets_disconnect(cache->assets);
 	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++) {
 		cache->entries[i].told_count = 0;
 		if (cache->entries[i].state == ENTRY_FETCHING)
@@ -381,12 +457,14 @@ void pen_cache_child(struct pen_cache *cache, uint32_t id, int status)
 
 static void tick_entry(struct pen_cache *cache, struct entry *entry, int64_t now_ms)
 {
-	if (entry->state == ENTRY_FAILED && entry->fault == PEN_FAULT_NO_SCENE)
+	if (entry->state == ENTRY_FAILED && (entry->forget || entry->fault == PEN_FAULT_NO_SCENE))
 		clear(entry);
 	if (entry->state == ENTRY_TEXT && entry->retry_ms <= now_ms)
 		load(cache, entry);
 	if (entry->state == ENTRY_LOADING && now_ms - entry->since_ms > PEN_LEASE_HARD_MS)
 		fail(cache, entry, PEN_FAULT_SCENE, "the scene took more than 10 minutes to build");
+	if (entry->host)
+		give_assets(cache, entry);
 	if (entry->host)
 		pen_host_tick(entry->host, now_ms);
 }
@@ -409,6 +487,7 @@ int pen_cache_create(uv_loop_t *loop, const struct pen_zygote *zygote,
 	struct pen_cache **ret_cache, struct pen_error *err)
 {
 	struct pen_cache *cache = calloc(1, sizeof *cache);
+	const struct pen_assets_events assets_events = {handle_fetch, handle_assets_changed, cache};
 	int r;
 
 	if (!cache)
@@ -420,9 +499,11 @@ int pen_cache_create(uv_loop_t *loop, const struct pen_zygote *zygote,
 	cache->user = user;
 	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
 		cache->entries[i].text = -1;
-	r = make_spare(cache, err);
+	r = pen_assets_create(config->asset_bytes, &assets_events, &cache->assets, err);
+	if (r == 0)
+		r = make_spare(cache, err);
 	if (r < 0)
-		free(cache);
+		pen_cache_destroy(cache);
 	else
 		*ret_cache = cache;
 	return r;
@@ -435,5 +516,6 @@ void pen_cache_destroy(struct pen_cache *cache)
 	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
 		clear(&cache->entries[i]);
 	pen_host_destroy(cache->spare);
+	pen_assets_destroy(cache->assets);
 	free(cache);
 }

@@ -4,6 +4,7 @@
 
 #include "core/base/digest.h"
 #include "proto/msg.h"
+#include "worker/assets.h"
 #include "worker/config.h"
 #include "worker/host.h"
 
@@ -12,7 +13,8 @@
 #include <uv.h>
 
 /*
- * The scenes at hand: each one's text, fetched once, and the scene process that has built it; at
+ * The scenes at hand: each one's text, fetched once, and the scene process that has built it from
+ * that and from the assets that it asks for; at
  * most PEN_SCENES_CACHED_MAX, the least recently used one goes first. Beside them one spare scene
  * process is always kept ready for the next scene.
  */
@@ -21,6 +23,7 @@ struct pen_cache;
 struct pen_cache_events {
 	/* Somebody should send this scene. */
 	void (*fetch)(void *user, const struct pen_sha256 *sha256);
+	void (*fetch_asset)(void *user, const struct pen_sha256 *sha256);
 	/* Whether a lease needs it, so that it must stay. */
 	bool (*in_use)(void *user, const struct pen_sha256 *sha256);
 	/* Its process ended while building: the unit waiting longest takes the fault. */
@@ -40,8 +43,6 @@ int pen_cache_create(uv_loop_t *loop, const struct pen_zygote *zygote,
 	struct pen_cache **ret_cache, struct pen_error *err);
 void pen_cache_destroy(struct pen_cache *cache);
 
-enum pen_demand { PEN_DEMAND_READY, PEN_DEMAND_WAIT, PEN_DEMAND_FAILED };
-
 /*
  * Asks for a scene's process, for a frame of it: READY and *ret_host; WAIT, and what is missing is
  * under way or every place is in use; or FAILED, with the fault of its units and the reason, valid
@@ -60,6 +61,9 @@ bool pen_cache_report(struct pen_cache *cache, const struct pen_sha256 *sha256, 
 
 /* A piece of a text, or that there is none, has arrived. */
 void pen_cache_receive(struct pen_cache *cache, const struct pen_msg *scene_data);
+
+/* The same of an asset that a scene process needs. */
+void pen_cache_receive_asset(struct pen_cache *cache, const struct pen_msg *asset_data);
 
 /* The connection is gone: texts that were on their way are forgotten, and what has been told. */
 void pen_cache_disconnect(struct pen_cache *cache);

@@ -23,7 +23,10 @@ enum pen_control_type {
 	PEN_CONTROL_LOAD,  /* attached: the scene's text; frame will be asked for first */
 	PEN_CONTROL_START, /* fork the render process of slot id for frame, in place of the one
 			      before; attached: its channel */
+	PEN_CONTROL_ASSET, /* an asset that it needs; attached: its bytes */
 	/* scene process to pool */
+	PEN_CONTROL_NEEDS,   /* id hashes of assets in reason, of serial in all: the next ones that
+				it needs */
 	PEN_CONTROL_ERROR,   /* before FAILED: something wrong with the scene at pointer: reason */
 	PEN_CONTROL_WARNING, /* before READY: something of its assets is left out: reason */
 	PEN_CONTROL_READY,   /* the scene has been built */
@@ -42,6 +45,8 @@ struct pen_control {
 	char reason[PEN_SCENE_WARNING_BYTES_MAX + 1]; /* ends in NUL */
 };
 static_assert(sizeof(struct pen_control) == 788, "no padding");
+
+enum { PEN_CONTROL_NEEDS_MAX = sizeof(((struct pen_control *)0)->reason) / 32 };
 
 /* pool to render process; the answer to each is one pen_answer. */
 struct pen_order {

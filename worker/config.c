@@ -19,6 +19,7 @@ enum option_id {
 	OPTION_PARENT_DEATH,
 	OPTION_SANDBOX,
 	OPTION_LOG_LEVEL,
+	OPTION_ASSET_CACHE,
 	OPTION_HELP,
 	OPTION_VERSION
 };
@@ -31,6 +32,7 @@ static const struct option options[] = {
 	{"key-fd", required_argument, NULL, OPTION_KEY_FD},
 	{"parent-death", no_argument, NULL, OPTION_PARENT_DEATH},
 	{"sandbox", required_argument, NULL, OPTION_SANDBOX},
+	{"asset-cache", required_argument, NULL, OPTION_ASSET_CACHE},
 	{"log-level", required_argument, NULL, OPTION_LOG_LEVEL},
 	{"help", no_argument, NULL, OPTION_HELP},
 	{"version", no_argument, NULL, OPTION_VERSION},
@@ -46,6 +48,8 @@ const char *pen_worker_config_usage(void)
 	       "  --name NAME          how the coordinator lists this worker (default: host-pid)\n"
 	       "  --isa v2|v3|v4       instruction set (default: the best of this processor)\n"
 	       "  --sandbox MODE       require, best-effort (default) or off\n"
+	       "  --asset-cache MIB    memory for assets that later scenes may name (default: an\n"
+	       "                       eighth of the machine's)\n"
 	       "  --log-level LEVEL    error, warning, info (default) or debug\n"
 	       "  --key-fd FD          descriptor to read the coordinator's key from\n"
 	       "  --parent-death       end when the parent process ends\n"
@@ -61,6 +65,11 @@ static uint32_t core_count(void)
 		return 1;
 	count = CPU_COUNT(&cores);
 	return count < (int)PEN_PROCESSES_MAX ? (uint32_t)count : PEN_PROCESSES_MAX;
+}
+
+static uint64_t memory_bytes(void)
+{
+	return (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
 static int parse_number(const char *text, long min, long max, const char *option, long *ret_number,
@@ -152,6 +161,11 @@ static int parse_option(
 		if (r == 0)
 			config->processes = (uint32_t)number;
 		return r;
+	case OPTION_ASSET_CACHE:
+		r = parse_number(value, 0, 1 << 24, "--asset-cache", &number, err);
+		if (r == 0)
+			config->asset_bytes = (uint64_t)number << 20;
+		return r;
 	case OPTION_KEY_FD:
 		r = parse_number(value, 3, 65535, "--key-fd", &number, err);
 		if (r == 0)
@@ -175,6 +189,7 @@ static void set_defaults(struct pen_worker_config *config)
 		.isa = pen_isa_best(),
 		.sandbox = PEN_SANDBOX_BEST_EFFORT,
 		.log_level = PEN_LOG_INFO,
+		.asset_bytes = memory_bytes() / 8,
 		.key_fd = -1,
 	};
 	(void)snprintf(config->name, sizeof config->name, "%s-%ld", host, (long)getpid());

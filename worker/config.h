@@ -20,7 +20,8 @@ struct pen_worker_config {
 	enum pen_isa isa;
 	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;
-	int key_fd; /* -1 without */
+	uint64_t asset_bytes; /* of assets that are kept for later scenes */
+	int key_fd;	      /* -1 without */
 	bool parent_death;
 	bool help, version; /* asked for: print and leave */
 };

@@ -60,6 +60,8 @@ struct pen_host {
 	size_t results_size;
 	bool ready, hangs;
 	struct pen_findings findings;
+	struct pen_sha256 *needs;
+	uint32_t need_count, need_total;
 	struct slot slots[];
 };
 
@@ -206,6 +208,27 @@ static void handle_child(struct pen_host *host, uint32_t index, int status)
 	lose(slot, fault, reason);
 }
 
+/* One message of several; false when it makes no sense. */
+static bool take_needs(struct pen_host *host, const struct pen_control *control)
+{
+	const uint32_t total = control->serial, count = control->id;
+
+	if (host->ready || count == 0 || count > PEN_CONTROL_NEEDS_MAX || total > PEN_ASSETS_MAX ||
+		(host->need_total != 0 && total != host->need_total) ||
+		count > total - host->need_count)
+		return false;
+	if (!host->needs)
+		host->needs = calloc(total, sizeof *host->needs);
+	if (!host->needs)
+		return false;
+	host->need_total = total;
+	memcpy(host->needs + host->need_count, control->reason, count * sizeof *host->needs);
+	host->need_count += count;
+	if (host->need_count == total)
+		host->events->needs(host->user, host);
+	return true;
+}
+
 /* false when it makes no sense. */
 static bool take_control(struct pen_host *host, const struct pen_control *control)
 {
@@ -222,6 +245,7 @@ static bool take_control(struct pen_host *host, const struct pen_control *contro
 			return false;
 		pen_findings_add(&host->findings, control);
 		return true;
+	case PEN_CONTROL_NEEDS: return take_needs(host, control);
 	case PEN_CONTROL_READY:
 		if (host->ready)
 			return false;
@@ -248,10 +272,12 @@ static void handle_control(void *user)
 	if (r == PEN_EAGAIN)
 		return;
 	if (r == 0) {
+		/* What the coordinator would refuse must not reach it; hashes are no text. */
 		control.pointer[sizeof control.pointer - 1] = '\0';
-		control.reason[sizeof control.reason - 1] = '\0';
-		/* What the coordinator would refuse must not reach it. */
-		pen_text_clean(control.reason);
+		if (control.type != PEN_CONTROL_NEEDS) {
+			control.reason[sizeof control.reason - 1] = '\0';
+			pen_text_clean(control.reason);
+		}
 	}
 	if (r < 0 || !take_control(host, &control)) {
 		/* It has gone, or it has gone mad; the zygote tells of its end. */
@@ -324,6 +350,7 @@ void pen_host_destroy(struct pen_host *host)
 	if (host->results)
 		(void)munmap((void *)(uintptr_t)host->results, host->results_size);
 	pen_findings_finish(&host->findings);
+	free(host->needs);
 	free(host);
 }
 
@@ -350,6 +377,20 @@ int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_er
 				      sizeof control, &text, 1) < 0)
 		return pen_error_set(err, PEN_ECLOSED, "the scene process does not answer");
 	return 0;
+}
+
+uint32_t pen_host_needs(const struct pen_host *host, const struct pen_sha256 **ret_needs)
+{
+	*ret_needs = host->needs;
+	return host->need_count == host->need_total ? host->need_count : 0;
+}
+
+bool pen_host_give(struct pen_host *host, uint32_t index, int asset)
+{
+	const struct pen_control control = {.type = PEN_CONTROL_ASSET, .id = index};
+
+	return host->control && pen_channel_send(pen_watch_fd(host->control), &control,
+					sizeof control, &asset, 1) == 0;
 }
 
 bool pen_host_idle(const struct pen_host *host, uint32_t slot)

@@ -21,6 +21,8 @@ struct pen_host;
 
 /* Any but lost may destroy the host. */
 struct pen_host_events {
+	/* It has told which assets it needs: pen_host_needs. */
+	void (*needs)(void *user, struct pen_host *host);
 	/* The scene has been built, or (reason) cannot be. */
 	void (*ready)(void *user, struct pen_host *host);
 	void (*failed)(void *user, struct pen_host *host, const char *reason);
@@ -52,6 +54,12 @@ uint32_t pen_host_id(const struct pen_host *host);
  * caller's.
  */
 int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_error *err);
+
+/* The assets that it needs, each once, in the order in which it takes them; 0 until it told all. */
+uint32_t pen_host_needs(const struct pen_host *host, const struct pen_sha256 **ret_needs);
+
+/* Gives it asset index, sealed memory that stays the caller's; false when it cannot take it yet. */
+bool pen_host_give(struct pen_host *host, uint32_t index, int asset);
 
 bool pen_host_idle(const struct pen_host *host, uint32_t slot);
 

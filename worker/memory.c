@@ -29,15 +29,15 @@ int pen_memory_results(uint32_t count, int *ret_fd, struct pen_error *err)
 		F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL, ret_fd, err);
 }
 
-int pen_memory_text(uint64_t size, int *ret_fd, struct pen_error *err)
+int pen_memory_create(const char *name, uint64_t size, int *ret_fd, struct pen_error *err)
 {
-	return create("pen-scene", size, F_SEAL_SHRINK | F_SEAL_GROW, ret_fd, err);
+	return create(name, size, F_SEAL_SHRINK | F_SEAL_GROW, ret_fd, err);
 }
 
 int pen_memory_seal(int fd, struct pen_error *err)
 {
 	if (fcntl(fd, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL) < 0)
-		return pen_error_system(err, errno, "cannot seal a scene's text");
+		return pen_error_system(err, errno, "cannot seal memory");
 	return 0;
 }
 

@@ -22,8 +22,8 @@ struct pen_result {
 /* Results of count slots. */
 int pen_memory_results(uint32_t count, int *ret_fd, struct pen_error *err);
 
-/* Memory of size bytes for a scene's text, still open to writing. */
-int pen_memory_text(uint64_t size, int *ret_fd, struct pen_error *err);
+/* Memory of size bytes for a scene's text or an asset, still open to writing. */
+int pen_memory_create(const char *name, uint64_t size, int *ret_fd, struct pen_error *err);
 
 /* From now on nobody can write to it, ourselves included. No writable mapping may exist. */
 int pen_memory_seal(int fd, struct pen_error *err);

@@ -200,6 +200,16 @@ static void handle_fetch(void *user, const struct pen_sha256 *sha256)
 					});
 }
 
+static void handle_fetch_asset(void *user, const struct pen_sha256 *sha256)
+{
+	struct pool *pool = user;
+
+	pen_session_send(pool->session, &(struct pen_msg){
+						.type = PEN_FRAME_ASSET_GET,
+						.u.scene_get = {*sha256},
+					});
+}
+
 static bool handle_in_use(void *user, const struct pen_sha256 *sha256)
 {
 	struct pool *pool = user;
@@ -302,6 +312,7 @@ static void handle_lost(
 
 static const struct pen_cache_events cache_events = {
 	.fetch = handle_fetch,
+	.fetch_asset = handle_fetch_asset,
 	.in_use = handle_in_use,
 	.crashed = handle_crashed,
 	.changed = handle_changed,
@@ -355,6 +366,7 @@ static void handle_message(void *user, const struct pen_msg *msg)
 	switch (msg->type) {
 	case PEN_FRAME_LEASE: accept_lease(pool, msg); break;
 	case PEN_FRAME_SCENE_DATA: pen_cache_receive(pool->cache, msg); break;
+	case PEN_FRAME_ASSET_DATA: pen_cache_receive_asset(pool->cache, msg); break;
 	case PEN_FRAME_REVOKE:
 		lease = find_lease(pool, msg->u.revoke.lease);
 		if (lease)

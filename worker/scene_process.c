@@ -2,9 +2,12 @@
 #include "worker/scene_process.h"
 
 #include "core/base/log.h"
+#include "core/render/pictures.h"
 #include "core/render/shot.h"
+#include "core/scene/gltf.h"
 #include "core/scene/parse.h"
 #include "worker/channel.h"
+#include "worker/intake.h"
 #include "worker/memory.h"
 #include "worker/render_process.h"
 
@@ -97,28 +100,48 @@ static void tell_warnings(const struct scene_process *self, const struct pen_sce
 	}
 }
 
-/* The scene's memory stays for the life of the process. */
+/* What a scene is built from and with. */
+struct building {
+	struct scene_process *self;
+	struct pen_scene *scene;
+	struct pen_pictures *pictures;
+	struct pen_scene_errors *errors;
+};
+
+static int expand(void *user, const struct pen_blob *blobs, struct pen_error *err)
+{
+	struct building *building = user;
+	int r = pen_scene_expand(building->scene, blobs, building->errors, err);
+
+	if (r == 0)
+		r = pen_pictures_load(
+			building->scene, blobs, building->errors, &building->pictures, err);
+	return r;
+}
+
+/* The scene's memory, and its pictures', stays for the life of the process. */
 static int build(struct scene_process *self, const char *text, size_t size, struct pen_error *err)
 {
-	struct pen_scene_errors *errors = calloc(1, sizeof *errors);
-	struct pen_scene *scene = NULL;
+	struct building building = {.self = self, .errors = calloc(1, sizeof *building.errors)};
 	json_t *tree = NULL;
 	int r;
 
-	if (!errors)
+	if (!building.errors)
 		return pen_error_memory(err);
 	r = pen_json_parse(text, size, &tree, err);
-	if (r == 0) {
-		r = pen_scene_parse(tree, &scene, errors, err);
-		if (r < 0)
-			tell_errors(self, errors, err);
-	}
 	if (r == 0)
-		r = pen_render_shot_create(scene, NULL, self->config->isa, &self->shot, err);
+		r = pen_scene_parse(tree, &building.scene, building.errors, err);
 	if (r == 0)
-		tell_warnings(self, scene);
+		r = pen_intake_run(self->channel, building.scene, expand, &building, err);
+	if (r < 0)
+		tell_errors(self, building.errors, err);
+	else
+		r = pen_render_shot_create(
+			building.scene, building.pictures, self->config->isa, &self->shot, err);
+	if (r == 0)
+		tell_warnings(self, building.scene);
 	json_decref(tree);
-	free(errors);
+	free(building.errors);
 	return r;
 }
 

@@ -176,6 +176,7 @@ static void handle_message(struct pen_session *session, const struct pen_msg *ms
 		break;
 	case PEN_FRAME_REFUSE: handle_refuse(session, msg); break;
 	case PEN_FRAME_SCENE_DATA:
+	case PEN_FRAME_ASSET_DATA:
 	case PEN_FRAME_LEASE:
 	case PEN_FRAME_REVOKE:
 	case PEN_FRAME_DRAIN:

@@ -90,6 +90,7 @@
 #define PEN_BLAME_MAX	      3u
 #define PEN_KILLS_MAX	      20u
 #define PEN_SCENES_CACHED_MAX 8u
+#define PEN_ASSETS_CACHED_MAX (2u * PEN_ASSETS_MAX)
 
 /* Coordinator */
 #define PEN_MERGING_MAX	       256u	    /* results on their way into framebuffers */

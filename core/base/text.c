@@ -35,6 +35,6 @@ size_t pen_text_plain(const char *text)
 
 void pen_text_clean(char *text)
 {
-	while (*(text += pen_text_plain(text)))
-		*text = '?';
+	for (text += pen_text_plain(text); *text != '\0'; text += pen_text_plain(text))
+		*text = *text == '\n' || *text == '\t' ? ' ' : '?';
 }

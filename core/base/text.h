@@ -11,7 +11,7 @@
  */
 size_t pen_text_plain(const char *text);
 
-/* Puts '?' in the place of each byte that is not plain; pen_text_plain then has all of it. */
+/* Makes all of it so: the ends of lines and tabs become spaces, every other misfit a '?'. */
 void pen_text_clean(char *text);
 
 #endif

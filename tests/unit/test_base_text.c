@@ -40,7 +40,7 @@ static void test_clean(void **state)
 
 	(void)state;
 	pen_text_clean(text);
-	assert_string_equal(text, "n\xc3\xa4h???[??");
+	assert_string_equal(text, "n\xc3\xa4h ??[??");
 	pen_text_clean(plain);
 	assert_string_equal(plain, "\xe2\x82\xac 1");
 	pen_text_clean(empty);

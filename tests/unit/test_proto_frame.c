@@ -180,10 +180,11 @@ static void test_caps(void **state)
 	for (int type = PEN_FRAME_HELLO; type < PEN_FRAME_TYPE_END; type++) {
 		enum pen_frame_type t = (enum pen_frame_type)type;
 		size_t control_max = pen_frame_control_max(t);
-		size_t payload_max = t == PEN_FRAME_SCENE_DATA ? PEN_FRAME_PAYLOAD_MAX
-				     : t == PEN_FRAME_RESULT   ? PEN_TILE_BYTES_MAX
-				     : t == PEN_FRAME_LEASE    ? PEN_MASK_BYTES_MAX
-							       : 0;
+		size_t payload_max = t == PEN_FRAME_SCENE_DATA	 ? PEN_FRAME_PAYLOAD_MAX
+				     : t == PEN_FRAME_ASSET_DATA ? PEN_FRAME_PAYLOAD_MAX
+				     : t == PEN_FRAME_RESULT	 ? PEN_TILE_BYTES_MAX
+				     : t == PEN_FRAME_LEASE	 ? PEN_MASK_BYTES_MAX
+								 : 0;
 
 		assert_true(control_max <= PEN_FRAME_CONTROL_MAX);
 		assert_false(lengths_refused(t, control_max - 1, 0));

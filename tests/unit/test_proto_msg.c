@@ -223,6 +223,30 @@ static void test_scene_data(void **state)
 	expect_refusal(&msg);
 }
 
+/* Fails when an asset gets the bounds of a scene, or a file without bytes cannot be sent. */
+static void test_asset_data(void **state)
+{
+	struct pen_msg msg = scene_data(), got;
+
+	(void)state;
+	msg.type = PEN_FRAME_ASSET_DATA;
+	msg.u.scene_data.size = PEN_ASSET_BYTES_MAX - 1;
+	expect_pass(&msg, &got);
+	msg.u.scene_data.size = PEN_ASSET_BYTES_MAX;
+	expect_pass(&msg, &got);
+	assert_int_equal(got.u.scene_data.offset, 4);
+	assert_memory_equal(got.payload, "abcdef", 6);
+	msg.u.scene_data.size = PEN_ASSET_BYTES_MAX + 1;
+	expect_refusal(&msg);
+	msg = (struct pen_msg){.type = PEN_FRAME_ASSET_DATA};
+	expect_pass(&msg, &got);
+	msg.u.scene_data.offset = 1;
+	expect_refusal(&msg);
+	msg = (struct pen_msg){.type = PEN_FRAME_ASSET_GET, .u.scene_get = {{{5, 6}}}};
+	expect_pass(&msg, &got);
+	assert_true(pen_sha256_equal(&got.u.scene_get.sha256, &msg.u.scene_get.sha256));
+}
+
 /* As test_hello, for the others; and when a number past its bound gets through. */
 static void test_small_messages(void **state)
 {
@@ -625,6 +649,7 @@ int main(void)
 		cmocka_unit_test(test_lease),
 		cmocka_unit_test(test_result),
 		cmocka_unit_test(test_scene_data),
+		cmocka_unit_test(test_asset_data),
 		cmocka_unit_test(test_small_messages),
 		cmocka_unit_test(test_heartbeat),
 		cmocka_unit_test(test_report_errors),
