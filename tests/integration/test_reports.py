@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a scene, or left out of it, is told with its render, and not forgotten."""
+import hashlib
+import subprocess
+
 import farm
 import pytest
 import scene
+from glb import glb, triangle
 from tile_peer import FAILURE, LEASE, SCENE_REPORT, WELCOME, Peer, message
 
 SCENE_FAULT = 4
@@ -96,3 +100,77 @@ def test_what_is_no_report_costs_the_connection(service, errors, warnings):
     assert peer.closed()
     found = service.resource(render)
     assert found["errors"] == found["warnings"] == []
+
+
+def put(service, data):
+    name = hashlib.sha256(data).hexdigest()
+    assert service.request("PUT", f"/v1/assets/sha256/{name}", data).status in (200, 201)
+    return f"sha256:{name}"
+
+
+def of_files(service, *files, seed=0):
+    body = scene.build(16, 16, 1, [{"type": "gltf", "asset": put(service, data)} for data in files],
+                       seed=seed)
+    return service.submit(body)
+
+
+def broken(accessor, mesh="Fan"):
+    """A triangle whose positions are those of an accessor that is not there."""
+    tree, binary = triangle()
+    tree["meshes"][0] = {"name": mesh, "primitives": [{"attributes": {"POSITION": accessor}}]}
+    return glb(tree, binary)
+
+
+def decorated(*extensions):
+    """A triangle that uses extensions nobody knows."""
+    return glb(*triangle(extensionsUsed=list(extensions)))
+
+
+@pytest.fixture
+def farm_of_one():
+    with farm.Farm(1) as running:
+        running.render(small())
+        yield running
+
+
+def test_each_broken_file_of_a_scene_is_told_with_its_place(farm_of_one):
+    """Breaks when only the first fault arrives, late, without its place, or until a restart."""
+    service = farm_of_one
+    render = of_files(service, broken(7), decorated(), broken(9, "Näbel"))
+    found = service.wait(render, 2, state="failed")
+    assert [e["pointer"] for e in found["errors"]] == ["/objects/0", "/objects/2"]
+    assert 'mesh 0 "Fan"' in found["errors"][0]["detail"] and "7" in found["errors"][0]["detail"]
+    assert 'mesh 0 "Näbel"' in found["errors"][1]["detail"]
+    assert found["error"] == "/objects/0: " + found["errors"][0]["detail"]
+    restart(service)
+    again = service.resource(render)
+    assert [again[key] for key in ("state", "error", "errors")] == \
+        [found[key] for key in ("state", "error", "errors")]
+
+
+def test_what_is_left_out_is_told_to_each_render(farm_of_one):
+    """Breaks when a scene that stands ready says nothing to the next render of it."""
+    service = farm_of_one
+    file = decorated("EXT_nothing", "EXT_less")
+    renders = [of_files(service, file, seed=n) for n in (1, 1, 2)]
+    found = [service.wait(render)["warnings"] for render in renders]
+    assert len(found[0]) == 2 and found[1] == found[2] == found[0]
+    assert found[0][0].startswith("/objects/0: ") and "EXT_nothing" in found[0][0]
+    restart(service)
+    assert [service.resource(render)["warnings"] for render in renders] == found
+    assert service.wait(of_files(service, decorated()))["warnings"] == []
+
+
+def test_the_command_line_tells_both(tmp_path):
+    """Breaks when one who never sees the resource is not told."""
+    def render(data):
+        (tmp_path / "model.glb").write_bytes(data)
+        return subprocess.run(
+            [farm.program("penumbra"), "render", "model.glb", "-o", "out.png", "--size", "16x16",
+             "--samples", "1", "--processes", "1"],
+            cwd=tmp_path, capture_output=True, text=True, timeout=60 * farm.SLOW)
+
+    bad, good = render(broken(7)), render(decorated("EXT_nothing"))
+    assert bad.returncode == 1 and '  /objects/0: mesh 0 "Fan"' in bad.stderr
+    assert good.returncode == 0 and "penumbra: warning: " in good.stderr
+    assert "EXT_nothing" in good.stderr
