@@ -148,6 +148,17 @@ def test_each_broken_file_of_a_scene_is_told_with_its_place(farm_of_one):
         [found[key] for key in ("state", "error", "errors")]
 
 
+def test_a_broken_picture_is_told_with_its_place(farm_of_one):
+    """Breaks when what only decoding finds has no pointer in the resource."""
+    service = farm_of_one
+    body = small(seed=3)
+    body["materials"]["white"] = {"type": "matte", "color": {"texture": "cut"}}
+    body["textures"] = {"cut": {"image": put(service, b"\x89PNG\r\n\x1a\nand no more")}}
+    found = service.wait(service.submit(body), 2, state="failed")
+    assert [e["pointer"] for e in found["errors"]] == ["/textures/cut"]
+    assert found["errors"][0]["detail"] and found["error"]
+
+
 def test_what_is_left_out_is_told_to_each_render(farm_of_one):
     """Breaks when a scene that stands ready says nothing to the next render of it."""
     service = farm_of_one
