@@ -48,6 +48,10 @@
 #define PEN_FRAME_RATE_MAX     1000.0
 #define PEN_GEOMETRY_BYTES_MAX (4ul << 30) /* of one kind: vertices, indices, … */
 
+/* Light */
+#define PEN_EMITTERS_MAX	   (1u << 20) /* triangles and spheres that send out light, of a frame */
+#define PEN_EMITTER_CANDIDATES_MAX (1u << 24) /* the same with those that a texture makes black */
+
 /* Pictures: what an encoded image may unfold to */
 #define PEN_PICTURE_SIDE_MAX	 16384u
 #define PEN_PICTURE_PIXELS_MAX	 (1u << 26)

@@ -451,12 +451,38 @@ void pen_detail_find(
 		find_lane(pass->scene, paths, points, i);
 }
 
-float pen_detail_opacity(const struct pen_render_scene *scene, uint32_t shape, uint32_t primitive,
+/* Texture coordinates of a site without a footprint. */
+static struct coordinates find_center(const struct site *site)
+{
+	struct coordinates at = {.uv = {{0.0f, 0.0f}}};
+
+	if (site->model->type == PEN_MODEL_SPHERES)
+		at.uv[0] = at.uv[1] = sphere_uv(pen_normalize(site->out));
+	for (int set = 0; set < 2 && site->model->type == PEN_MODEL_TRIANGLES; set++) {
+		const float *uv[3];
+
+		if (site->model->uv_offsets[set] == PEN_NO_INDEX)
+			continue;
+		load_corners(site, site->geometry->uvs, site->model->uv_offsets[set], 2, uv);
+		at.uv[set] = (struct pen_vec2){blend(site, uv[0][0], uv[1][0], uv[2][0]),
+			blend(site, uv[0][1], uv[1][1], uv[2][1])};
+	}
+	return at;
+}
+
+static float opacity_at(
+	const struct pen_material *material, const struct site *site, const struct coordinates *at)
+{
+	return material->opacity * vertex_color(site).alpha *
+	       read_input(&material->inputs[PEN_INPUT_COLOR], at).alpha;
+}
+
+static struct site site_of(const struct pen_render_scene *scene, uint32_t shape, uint32_t primitive,
 	float u, float v, struct pen_vec3 normal)
 {
 	const struct pen_shape *of = &scene->geometry.shapes[shape];
-	const struct pen_material *material = &scene->materials[of->surface];
-	const struct site site = {
+
+	return (struct site){
 		.geometry = &scene->geometry,
 		.shape = of,
 		.model = &scene->geometry.models[of->model],
@@ -465,21 +491,42 @@ float pen_detail_opacity(const struct pen_render_scene *scene, uint32_t shape, u
 		.v = v,
 		.out = normal,
 	};
+}
+
+float pen_detail_opacity(const struct pen_render_scene *scene, uint32_t shape, uint32_t primitive,
+	float u, float v, struct pen_vec3 normal)
+{
+	const struct site site = site_of(scene, shape, primitive, u, v, normal);
+	const struct pen_material *material = &scene->materials[site.shape->surface];
+	const struct coordinates at = material->inputs[PEN_INPUT_COLOR].mipmap
+					      ? find_center(&site)
+					      : (struct coordinates){.uv = {{0.0f, 0.0f}}};
+
+	return opacity_at(material, &site, &at);
+}
+
+struct pen_vec3 pen_detail_emission(const struct pen_render_scene *scene, uint32_t shape,
+	uint32_t primitive, float u, float v, struct pen_vec3 normal, float cosine)
+{
+	const struct site site = site_of(scene, shape, primitive, u, v, normal);
+	const struct pen_material *material = &scene->materials[site.shape->surface];
+	const float *e = material->emission;
+	const struct pen_texture *inputs = material->inputs;
 	struct coordinates at = {.uv = {{0.0f, 0.0f}}};
-	float opacity = material->opacity * vertex_color(&site).alpha;
+	struct pen_texel glow;
+	float passed = 1.0f;
 
-	if (!material->inputs[PEN_INPUT_COLOR].mipmap)
-		return opacity;
-	if (site.model->type == PEN_MODEL_SPHERES)
-		at.uv[0] = at.uv[1] = sphere_uv(pen_normalize(normal));
-	for (int set = 0; set < 2 && site.model->type == PEN_MODEL_TRIANGLES; set++) {
-		const float *uv[3];
-
-		if (site.model->uv_offsets[set] == PEN_NO_INDEX)
-			continue;
-		load_corners(&site, site.geometry->uvs, site.model->uv_offsets[set], 2, uv);
-		at.uv[set] = (struct pen_vec2){blend(&site, uv[0][0], uv[1][0], uv[2][0]),
-			blend(&site, uv[0][1], uv[1][1], uv[2][1])};
-	}
-	return opacity * read_input(&material->inputs[PEN_INPUT_COLOR], &at).alpha;
+	if (material->has_textures)
+		at = find_center(&site);
+	if (material->alpha_mode == PEN_ALPHA_BLEND)
+		passed = pen_clamp(opacity_at(material, &site, &at), 0.0f, 1.0f);
+	else if (material->alpha_mode == PEN_ALPHA_MASK)
+		passed = opacity_at(material, &site, &at) >= material->alpha_cutoff ? 1.0f : 0.0f;
+	if (material->clearcoat > 0.0f)
+		passed *= 1.0f -
+			  pen_coat_fresnel(material->clearcoat *
+						   read_number(&inputs[PEN_INPUT_CLEARCOAT], &at),
+				  cosine);
+	glow = read_input(&inputs[PEN_INPUT_EMISSION], &at);
+	return pen_scale(pen_vec3(e[0] * glow.red, e[1] * glow.green, e[2] * glow.blue), passed);
 }

@@ -23,6 +23,14 @@ float pen_detail_opacity(const struct pen_render_scene *scene, uint32_t shape, u
 	float u, float v, struct pen_vec3 normal);
 
 /*
+ * What the surface sends out at a place of a primitive into a direction whose cosine with its
+ * geometric normal is given, as add_glow of core/render/direct.c sees it, but at the texture's
+ * finest level, and times the chance that the surface is there. Arguments as above.
+ */
+struct pen_vec3 pen_detail_emission(const struct pen_render_scene *scene, uint32_t shape,
+	uint32_t primitive, float u, float v, struct pen_vec3 normal, float cosine);
+
+/*
  * How likely a diffuse lobe may be at most: the others, which see less light but sharper, get the
  * rest. distribution ends a path by it, path follows it.
  */

@@ -3,7 +3,7 @@
 
 #include "core/render/bsdf.h"
 #include "core/render/detail.h"
-#include "core/render/light.h"
+#include "core/render/lights.h"
 
 #include <string.h>
 
@@ -249,7 +249,7 @@ static void sample_light(const struct pen_pass *pass, const struct pen_paths *pa
 	const struct pen_points *points, uint32_t light, struct incoming *ret)
 {
 	const struct pen_render_scene *scene = pass->scene;
-	const struct pen_vec3 color = scene->lights[light].color;
+	const struct pen_vec3 color = scene->lights->items[light].color;
 	const float competes = lobes_hit(scene, light) ? 1.0f : 0.0f;
 	const struct pen_light_points at = {points->x, points->y, points->z};
 	const struct pen_light_samples to = {
@@ -259,7 +259,7 @@ static void sample_light(const struct pen_pass *pass, const struct pen_paths *pa
 
 	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT + light),
 		PEN_LANES, paths->key, paths->index, u, v);
-	pen_light_sample(&scene->lights[light], PEN_LANES, &at, u, v, &to);
+	pen_light_sample(&scene->lights->items[light], PEN_LANES, &at, u, v, &to);
 	for (int i = 0; i < PEN_LANES; i++) {
 		ret->red[i] = color.x;
 		ret->green[i] = color.y;
@@ -287,28 +287,192 @@ static struct pen_vec3 point_of(const struct pen_points *points, int lane)
 	return pen_vec3(points->x[lane], points->y[lane], points->z[lane]);
 }
 
+/* What pen_light_sample_triangles reads, and where in each triangle its point is. */
+struct chosen_triangles {
+	_Alignas(64) float corner_x[PEN_LANES];
+	float corner_y[PEN_LANES];
+	float corner_z[PEN_LANES];
+	float edge_ux[PEN_LANES];
+	float edge_uy[PEN_LANES];
+	float edge_uz[PEN_LANES];
+	float edge_vx[PEN_LANES];
+	float edge_vy[PEN_LANES];
+	float edge_vz[PEN_LANES];
+	uint32_t is_turned[PEN_LANES]; /* edge_u is the triangle's second edge */
+};
+
+/* One that shines from both sides shows the point the one that it sees. */
+static void set_chosen_triangle(struct chosen_triangles *to, int lane,
+	const struct pen_light *light, bool two_sided, struct pen_vec3 p)
+{
+	const bool turn = two_sided && pen_dot(pen_sub(light->origin, p), light->axis) > 0.0f;
+	const struct pen_vec3 u = turn ? light->edge_v : light->edge_u;
+	const struct pen_vec3 v = turn ? light->edge_u : light->edge_v;
+
+	to->corner_x[lane] = light->origin.x;
+	to->corner_y[lane] = light->origin.y;
+	to->corner_z[lane] = light->origin.z;
+	to->edge_ux[lane] = u.x;
+	to->edge_uy[lane] = u.y;
+	to->edge_uz[lane] = u.z;
+	to->edge_vx[lane] = v.x;
+	to->edge_vy[lane] = v.y;
+	to->edge_vz[lane] = v.z;
+	to->is_turned[lane] = turn;
+}
+
+/* Barycentric coordinates of the point that a lane's direction leads to. */
+static struct pen_vec2 place_in_triangle(const struct chosen_triangles *triangles,
+	const struct incoming *in, const struct pen_points *points, int lane)
+{
+	const struct pen_vec3 u = {
+		triangles->edge_ux[lane], triangles->edge_uy[lane], triangles->edge_uz[lane]};
+	const struct pen_vec3 v = {
+		triangles->edge_vx[lane], triangles->edge_vy[lane], triangles->edge_vz[lane]};
+	const struct pen_vec3 d = {in->x[lane], in->y[lane], in->z[lane]};
+	const struct pen_vec3 from = {points->x[lane] - triangles->corner_x[lane],
+		points->y[lane] - triangles->corner_y[lane],
+		points->z[lane] - triangles->corner_z[lane]};
+	const struct pen_vec3 at = pen_madd(from, in->distance[lane], d);
+	const struct pen_vec3 n = pen_cross(u, v);
+	const float inverse = 1.0f / pen_max(pen_dot(n, n), PEN_TINY);
+	const float a = pen_clamp(pen_dot(pen_cross(at, v), n) * inverse, 0.0f, 1.0f);
+	const float b = pen_clamp(pen_dot(pen_cross(u, at), n) * inverse, 0.0f, 1.0f - a);
+
+	return triangles->is_turned[lane] ? (struct pen_vec2){b, a} : (struct pen_vec2){a, b};
+}
+
+static bool is_two_sided(const struct pen_render_scene *scene, const struct pen_emitter *emitter)
+{
+	return !scene->materials[scene->geometry.shapes[emitter->shape].surface].is_one_sided;
+}
+
+/* What an emitter sends along a lane's direction. */
+static void set_emission(const struct pen_render_scene *scene, const struct pen_emitter *emitter,
+	const struct pen_light *light, struct pen_vec2 at, struct incoming *in, int lane,
+	struct pen_vec3 p)
+{
+	const struct pen_vec3 d = {in->x[lane], in->y[lane], in->z[lane]};
+	const bool is_sphere = light->type == PEN_LIGHT_SPHERE;
+	const struct pen_vec3 n =
+		is_sphere
+			? pen_normalize(pen_sub(pen_madd(p, in->distance[lane], d), light->origin))
+			: light->axis;
+	const struct pen_vec3 color = pen_detail_emission(
+		scene, emitter->shape, emitter->primitive, at.x, at.y, n, pen_dot(n, d));
+
+	in->red[lane] = color.x;
+	in->green[lane] = color.y;
+	in->blue[lane] = color.z;
+	in->competes[lane] = 1.0f;
+}
+
+/* What was chosen for sixteen points. */
+struct chosen {
+	_Alignas(64) uint32_t light[PEN_LANES];
+	float chance[PEN_LANES];
+	float u[PEN_LANES];
+	float v[PEN_LANES];
+	const struct pen_emitter
+		*emitter[PEN_LANES];	    /* NULL: a light of the scene's own, or none */
+	struct pen_light placed[PEN_LANES]; /* of emitters */
+};
+
+static void choose_lights(const struct pen_pass *pass, const struct pen_paths *paths,
+	const struct pen_points *points, struct chosen *ret)
+{
+	const struct pen_lights *lights = pass->scene->lights;
+	_Alignas(64) float normal_x[PEN_LANES];
+	_Alignas(64) float normal_y[PEN_LANES];
+	_Alignas(64) float normal_z[PEN_LANES];
+	_Alignas(64) uint32_t wanted[PEN_LANES];
+	const struct pen_light_receivers receivers = {
+		points->x, points->y, points->z, normal_x, normal_y, normal_z, wanted};
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_vec3 n = pen_points_receiver(points, i);
+
+		wanted[i] = (points->kind[i] & (MATTES | PEN_KIND_GLOSSY | PEN_KIND_FROSTED)) != 0;
+		normal_x[i] = n.x;
+		normal_y[i] = n.y;
+		normal_z[i] = n.z;
+	}
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT_CHOICE),
+		PEN_LANES, paths->key, paths->index, ret->u, ret->v);
+	pen_lights_choose(lights, &receivers, ret->u, ret->v, ret->light, ret->chance);
+	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_CHOSEN_LIGHT),
+		PEN_LANES, paths->key, paths->index, ret->u, ret->v);
+	for (int i = 0; i < PEN_LANES; i++) {
+		const bool is_none = ret->light[i] < lights->count || ret->chance[i] == 0.0f;
+
+		ret->emitter[i] =
+			is_none ? NULL : &lights->emitters.items[ret->light[i] - lights->count];
+		if (!is_none)
+			pen_emitter_place(pass->scene, ret->emitter[i], paths->packet.rays.time[i],
+				&ret->placed[i]);
+	}
+}
+
+/* Triangles in the lanes that chose one; some triangle in the others. */
+static void sample_chosen_triangles(const struct pen_render_scene *scene,
+	const struct pen_points *points, const struct chosen *chosen,
+	struct chosen_triangles *triangles, struct incoming *ret)
+{
+	const struct pen_light_triangles from = {triangles->corner_x, triangles->corner_y,
+		triangles->corner_z, triangles->edge_ux, triangles->edge_uy, triangles->edge_uz,
+		triangles->edge_vx, triangles->edge_vy, triangles->edge_vz};
+	const struct pen_light_points at = {points->x, points->y, points->z};
+	const struct pen_light_samples to = {
+		ret->x, ret->y, ret->z, ret->distance, ret->strength, ret->pdf};
+	struct pen_light some;
+
+	pen_light_set_triangle(&some, pen_vec3(0.0f, 0.0f, 0.0f), pen_vec3(1.0f, 0.0f, 0.0f),
+		pen_vec3(0.0f, 1.0f, 0.0f));
+	for (int i = 0; i < PEN_LANES; i++) {
+		const bool is_triangle =
+			chosen->emitter[i] && chosen->placed[i].type == PEN_LIGHT_TRIANGLE;
+
+		set_chosen_triangle(triangles, i, is_triangle ? &chosen->placed[i] : &some,
+			is_triangle && is_two_sided(scene, chosen->emitter[i]),
+			point_of(points, i));
+	}
+	pen_light_sample_triangles(PEN_LANES, &from, &at, chosen->u, chosen->v, &to);
+}
+
 /* One of many lights for each lane. */
 static void sample_chosen_lights(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_points *points, struct incoming *ret)
 {
 	const struct pen_render_scene *scene = pass->scene;
-	_Alignas(64) float choice_u[PEN_LANES];
-	_Alignas(64) float choice_v[PEN_LANES];
-	_Alignas(64) float u[PEN_LANES];
-	_Alignas(64) float v[PEN_LANES];
+	const struct pen_vec3 black = {0.0f, 0.0f, 0.0f};
+	struct chosen_triangles triangles;
+	struct chosen chosen;
 
-	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT_CHOICE),
-		PEN_LANES, paths->key, paths->index, choice_u, choice_v);
-	pen_sampler_pairs(pass->sampler, pen_sample_group(pass->depth, PEN_SLOT_LIGHT), PEN_LANES,
-		paths->key, paths->index, u, v);
+	choose_lights(pass, paths, points, &chosen);
+	sample_chosen_triangles(scene, points, &chosen, &triangles, ret);
 	for (int i = 0; i < PEN_LANES; i++) {
-		const uint32_t light = pen_light_choose(&scene->choice, choice_u[i], choice_v[i]);
-		struct pen_light_sample sample = pen_light_sample_one(
-			&scene->lights[light], point_of(points, i), u[i], v[i]);
+		const struct pen_emitter *emitter = chosen.emitter[i];
+		const bool is_own = !emitter && chosen.chance[i] > 0.0f;
+		const struct pen_light *light =
+			is_own ? &scene->lights->items[chosen.light[i]] : &chosen.placed[i];
+		struct pen_light_sample sample;
+		struct pen_vec2 at = {0.0f, 0.0f};
 
-		sample.pdf *= scene->choice.chance[light];
-		set_incoming(ret, i, &sample, scene->lights[light].color);
-		ret->competes[i] = lobes_hit(scene, light) ? 1.0f : 0.0f;
+		if (is_own || (emitter && light->type == PEN_LIGHT_SPHERE)) {
+			sample = pen_light_sample_one(
+				light, point_of(points, i), chosen.u[i], chosen.v[i]);
+			set_incoming(ret, i, &sample, is_own ? light->color : black);
+		}
+		if (is_own)
+			ret->competes[i] = lobes_hit(scene, chosen.light[i]) ? 1.0f : 0.0f;
+		if (emitter && light->type == PEN_LIGHT_TRIANGLE)
+			at = place_in_triangle(&triangles, ret, points, i);
+		if (emitter)
+			set_emission(scene, emitter, light, at, ret, i, point_of(points, i));
+		ret->strength[i] = chosen.chance[i] > 0.0f ? ret->strength[i] : 0.0f;
+		ret->pdf[i] *= chosen.chance[i] > 0.0f ? chosen.chance[i] : 1.0f;
+		if (!is_own && !emitter)
+			ret->red[i] = ret->green[i] = ret->blue[i] = ret->competes[i] = 0.0f;
 	}
 }
 
@@ -317,9 +481,9 @@ static void aim_at_centre(const struct pen_render_scene *scene, const struct pen
 {
 	for (int i = 0; i < PEN_LANES; i++) {
 		const struct pen_light_sample sample =
-			pen_light_centre(&scene->lights[light], point_of(points, i));
+			pen_light_centre(&scene->lights->items[light], point_of(points, i));
 
-		set_incoming(ret, i, &sample, scene->lights[light].color);
+		set_incoming(ret, i, &sample, scene->lights->items[light].color);
 		ret->competes[i] = 0.0f;
 	}
 }
@@ -396,17 +560,18 @@ void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 		return;
 	in.is_for_diffuse = false;
 	if (type == PEN_INTEGRATOR_WHITTED) {
-		for (uint32_t light = 0; light < scene->light_count; light++) {
+		for (uint32_t light = 0; light < scene->lights->count; light++) {
 			aim_at_centre(scene, points, light, &in);
 			test_and_gather(pass, paths, points, &in, sum);
 		}
 		return;
 	}
-	if (scene->chooses_light) {
+	if (scene->lights->chooses) {
 		sample_chosen_lights(pass, paths, points, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
-	for (uint32_t light = 0; light < scene->light_count && !scene->chooses_light; light++) {
+	for (uint32_t light = 0; light < scene->lights->count && scene->lights->samples_all;
+		light++) {
 		sample_light(pass, paths, points, light, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
@@ -434,37 +599,65 @@ static struct pen_vec3 seen_environment(
 		pen_power_heuristic(pdf, pen_environment_pdf(environment, d)));
 }
 
+/* Weighs a light that a lobe found against finding it by its number. */
 static float seen_weight(const struct pen_render_scene *scene, const struct pen_paths *paths,
-	uint32_t light, int lane)
+	const struct pen_light *light, uint32_t number, int lane)
 {
 	const struct pen_rays *rays = &paths->packet.rays;
 	const struct pen_vec3 origin = {
 		rays->origin_x[lane], rays->origin_y[lane], rays->origin_z[lane]};
 	const struct pen_vec3 direction = direction_of(rays, lane);
-	const float chance = scene->chooses_light ? scene->choice.chance[light] : 1.0f;
-	float rival;
+	const struct pen_vec3 normal = {
+		paths->receiver_x[lane], paths->receiver_y[lane], paths->receiver_z[lane]};
+	float rival = pen_light_pdf(light, origin, direction, rays->tfar[lane]);
 
-	if (paths->lobe_pdf[lane] == 0.0f)
-		return 1.0f;
-	rival = chance * pen_light_pdf(&scene->lights[light], origin, direction, rays->tfar[lane]);
+	if (scene->lights->chooses)
+		rival *= pen_lights_chance(scene->lights, origin, normal, number);
 	return pen_power_heuristic(paths->lobe_pdf[lane], rival);
+}
+
+/* The same of what a surface sends out itself. */
+static float glow_weight(
+	const struct pen_render_scene *scene, const struct pen_paths *paths, int lane)
+{
+	const struct pen_lights *lights = scene->lights;
+	const struct pen_hits *hits = &paths->packet.hits;
+	const uint32_t placed = hits->instance[lane];
+	const uint32_t shape = placed != PEN_NO_INDEX ? placed : hits->geometry[lane];
+	const uint32_t number = lights->emitters.count > 0 ? pen_emitters_find(&lights->emitters,
+								     shape, hits->primitive[lane])
+							   : PEN_NO_INDEX;
+	struct pen_light light;
+
+	if (paths->lobe_pdf[lane] == 0.0f || number == PEN_NO_INDEX)
+		return 1.0f;
+	pen_emitter_place(
+		scene, &lights->emitters.items[number], paths->packet.rays.time[lane], &light);
+	return seen_weight(scene, paths, &light, lights->count + number, lane);
 }
 
 /*
  * What surfaces send out themselves, dimmed by their coat. Unlit ones show their color where the
  * ray could have come only from them, and light nothing.
  */
-static void add_glow(
-	const struct pen_paths *paths, const struct pen_points *points, struct pen_gathered *sum)
+static void add_glow(const struct pen_render_scene *scene, const struct pen_paths *paths,
+	const struct pen_points *points, struct pen_gathered *sum)
 {
 	const struct pen_rays *rays = &paths->packet.rays;
 
 	for (int i = 0; i < PEN_LANES; i++) {
-		const struct pen_principled p = pen_detail_principled(points, i);
 		const bool is_unlit = points->kind[i] == PEN_KIND_UNLIT;
-		const float passed = 1.0f - pen_coat_share(&p, towards_origin(rays, i));
-		const float weight = is_unlit ? (paths->lobe_pdf[i] == 0.0f ? 1.0f : 0.0f) : passed;
+		const bool is_black = points->glow_red[i] == 0.0f &&
+				      points->glow_green[i] == 0.0f && points->glow_blue[i] == 0.0f;
+		float weight = paths->lobe_pdf[i] == 0.0f ? 1.0f : 0.0f;
 
+		if (is_black)
+			continue;
+		if (!is_unlit)
+			weight = glow_weight(scene, paths, i) *
+				 (1.0f - pen_coat_fresnel(points->coat[i],
+						 pen_dot(facing_of(points, i),
+							 towards_origin(rays, i))));
 		sum->red[i] += paths->red[i] * points->glow_red[i] * weight;
 		sum->green[i] += paths->green[i] * points->glow_green[i] * weight;
 		sum->blue[i] += paths->blue[i] * points->glow_blue[i] * weight;
@@ -478,19 +671,22 @@ void pen_direct_seen(const struct pen_pass *pass, const struct pen_paths *paths,
 	const struct pen_rays *rays = &paths->packet.rays;
 
 	if (points->kinds & PEN_KIND_GLOWING)
-		add_glow(paths, points, sum);
+		add_glow(scene, paths, points, sum);
 	for (int i = 0; i < PEN_LANES; i++) {
 		const bool is_light = points->kind[i] == PEN_KIND_LIGHT && !points->backside[i];
 		const bool is_miss =
 			points->kind[i] == PEN_KIND_NOTHING && rays->tnear[i] <= rays->tfar[i];
 		struct pen_vec3 color =
-			is_light ? scene->lights[points->light[i]].color : scene->background;
+			is_light ? scene->lights->items[points->light[i]].color : scene->background;
 		float weight = is_miss ? 1.0f : 0.0f;
 
 		if (is_miss && scene->environment)
 			color = seen_environment(scene->environment, paths, i);
-		if (is_light)
-			weight = seen_weight(scene, paths, points->light[i], i);
+		if (is_light && paths->lobe_pdf[i] == 0.0f)
+			weight = 1.0f;
+		else if (is_light)
+			weight = seen_weight(scene, paths, &scene->lights->items[points->light[i]],
+				points->light[i], i);
 		sum->red[i] += paths->red[i] * color.x * weight;
 		sum->green[i] += paths->green[i] * color.y * weight;
 		sum->blue[i] += paths->blue[i] * color.z * weight;

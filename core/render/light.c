@@ -13,6 +13,9 @@
 #define TRIANGLE_SOLID_ANGLE_MIN 3e-4f
 #define TRIANGLE_SOLID_ANGLE_MAX 6.22f
 
+/* Of a point in a light's plane, or a triangle without area: its square is still a number. */
+#define PDF_MAX 1e15f
+
 static void rectangle_init(struct pen_light *light, const struct pen_light_desc *desc)
 {
 	const struct pen_vec3 u = pen_vec3_load(desc->u.rectangle.edge_u);
@@ -27,18 +30,45 @@ static void rectangle_init(struct pen_light *light, const struct pen_light_desc 
 	light->area = light->length_u * light->length_v;
 }
 
+PEN_LANE void set_triangle(struct pen_light *light, struct pen_vec3 corner, struct pen_vec3 edge_u,
+	struct pen_vec3 edge_v)
+{
+	const struct pen_vec3 normal = pen_cross(edge_u, edge_v);
+	const float length = pen_length(normal);
+
+	light->origin = corner;
+	light->edge_u = edge_u;
+	light->edge_v = edge_v;
+	light->axis = pen_scale(normal, 1.0f / length);
+	light->area = 0.5f * length;
+}
+
+void pen_light_set_triangle(struct pen_light *light, struct pen_vec3 corner, struct pen_vec3 edge_u,
+	struct pen_vec3 edge_v)
+{
+	light->type = PEN_LIGHT_TRIANGLE;
+	set_triangle(light, corner, edge_u, edge_v);
+}
+
+static void set_sphere(struct pen_light *light, struct pen_vec3 center, float radius)
+{
+	light->origin = center;
+	light->radius = radius;
+	light->area = 4.0f * PEN_PI * radius * radius;
+}
+
+void pen_light_set_sphere(struct pen_light *light, struct pen_vec3 center, float radius)
+{
+	light->type = PEN_LIGHT_SPHERE;
+	set_sphere(light, center, radius);
+}
+
 static void triangle_init(struct pen_light *light, const struct pen_light_desc *desc)
 {
 	const struct pen_vec3 a = pen_vec3_load(desc->u.triangle.vertices[0]);
 
-	light->origin = a;
-	light->edge_u = pen_sub(pen_vec3_load(desc->u.triangle.vertices[1]), a);
-	light->edge_v = pen_sub(pen_vec3_load(desc->u.triangle.vertices[2]), a);
-
-	const struct pen_vec3 normal = pen_cross(light->edge_u, light->edge_v);
-
-	light->axis = pen_normalize(normal);
-	light->area = 0.5f * pen_length(normal);
+	set_triangle(light, a, pen_sub(pen_vec3_load(desc->u.triangle.vertices[1]), a),
+		pen_sub(pen_vec3_load(desc->u.triangle.vertices[2]), a));
 }
 
 static void disk_init(struct pen_light *light, const struct pen_light_desc *desc)
@@ -87,9 +117,8 @@ void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc)
 	case PEN_LIGHT_TRIANGLE: triangle_init(light, desc); break;
 	case PEN_LIGHT_DISK: disk_init(light, desc); break;
 	case PEN_LIGHT_SPHERE:
-		light->origin = pen_vec3_load(desc->u.sphere.center);
-		light->radius = (float)desc->u.sphere.radius;
-		light->area = 4.0f * PEN_PI * light->radius * light->radius;
+		set_sphere(
+			light, pen_vec3_load(desc->u.sphere.center), (float)desc->u.sphere.radius);
 		break;
 	case PEN_LIGHT_POINT:
 		light->origin = pen_vec3_load(desc->u.point.position);
@@ -103,25 +132,6 @@ void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc)
 	}
 }
 
-double pen_light_power(const struct pen_light_desc *desc, double scene_radius)
-{
-	const double luminance =
-		0.2126 * desc->color[0] + 0.7152 * desc->color[1] + 0.0722 * desc->color[2];
-	struct pen_light light;
-
-	pen_light_init(&light, desc);
-	switch (desc->type) {
-	case PEN_LIGHT_RECTANGLE:
-	case PEN_LIGHT_TRIANGLE:
-	case PEN_LIGHT_DISK:
-	case PEN_LIGHT_SPHERE: return luminance * M_PI * (double)light.area;
-	case PEN_LIGHT_POINT: return luminance * 4.0 * M_PI;
-	case PEN_LIGHT_SPOT: return luminance * 2.0 * M_PI * (1.0 - (double)light.spot_cos);
-	case PEN_LIGHT_DIRECTIONAL: return luminance * M_PI * scene_radius * scene_radius;
-	}
-	return 0.0;
-}
-
 /* Solid-angle density of points chosen by area, at a distance along the ray. */
 PEN_LANE float area_pdf(const struct pen_light *light, float depth, float distance)
 {
@@ -133,7 +143,7 @@ PEN_LANE struct pen_light_sample flat_sample(
 	const struct pen_light *light, struct pen_vec3 to, float depth, float solid_angle)
 {
 	const float distance = pen_max(pen_length(to), PEN_TINY);
-	const float by_area = area_pdf(light, depth, distance);
+	const float by_area = pen_min(area_pdf(light, depth, distance), PDF_MAX);
 
 	return (struct pen_light_sample){
 		.direction = pen_scale(to, 1.0f / distance),
@@ -351,6 +361,29 @@ void pen_light_sample(const struct pen_light *light, uint32_t n,
 	case PEN_LIGHT_POINT: sample_all(light, n, batch, sample_point); break;
 	case PEN_LIGHT_SPOT: sample_all(light, n, batch, sample_spot); break;
 	case PEN_LIGHT_DIRECTIONAL: sample_all(light, n, batch, sample_directional); break;
+	}
+}
+
+void pen_light_sample_triangles(uint32_t n, const struct pen_light_triangles *t,
+	const struct pen_light_points *points, const float *u, const float *v,
+	const struct pen_light_samples *ret)
+{
+#pragma omp simd
+	for (uint32_t i = 0; i < n; i++) {
+		const struct pen_vec3 p = {points->x[i], points->y[i], points->z[i]};
+		struct pen_light light;
+		struct pen_light_sample sample;
+
+		set_triangle(&light, pen_vec3(t->corner_x[i], t->corner_y[i], t->corner_z[i]),
+			pen_vec3(t->edge_ux[i], t->edge_uy[i], t->edge_uz[i]),
+			pen_vec3(t->edge_vx[i], t->edge_vy[i], t->edge_vz[i]));
+		sample = sample_triangle(&light, p, u[i], v[i]);
+		ret->direction_x[i] = sample.direction.x;
+		ret->direction_y[i] = sample.direction.y;
+		ret->direction_z[i] = sample.direction.z;
+		ret->distance[i] = sample.distance;
+		ret->strength[i] = sample.strength;
+		ret->pdf[i] = sample.pdf;
 	}
 }
 

@@ -36,11 +36,10 @@ struct pen_light {
 
 void pen_light_init(struct pen_light *light, const struct pen_light_desc *desc);
 
-/*
- * The power that a scene within a sphere of scene_radius gets, up to a factor common to all
- * lights: what lights are chosen by.
- */
-double pen_light_power(const struct pen_light_desc *desc, double scene_radius);
+/* A triangle of the world for pen_light_sample_one and pen_light_pdf; it has no color. */
+void pen_light_set_triangle(struct pen_light *light, struct pen_vec3 corner, struct pen_vec3 edge_u,
+	struct pen_vec3 edge_v);
+void pen_light_set_sphere(struct pen_light *light, struct pen_vec3 center, float radius);
 
 /*
  * What a light sends to a point, in one direction. With nothing between, its contribution to
@@ -75,6 +74,17 @@ struct pen_light_samples {
 
 /* The same light for n points, with (u, v) in [0,1). */
 void pen_light_sample(const struct pen_light *light, uint32_t n,
+	const struct pen_light_points *points, const float *u, const float *v,
+	const struct pen_light_samples *ret_samples);
+
+/* A triangle for each of n points: a corner, and the edges that begin there. */
+struct pen_light_triangles {
+	const float *corner_x, *corner_y, *corner_z;
+	const float *edge_ux, *edge_uy, *edge_uz;
+	const float *edge_vx, *edge_vy, *edge_vz;
+};
+
+void pen_light_sample_triangles(uint32_t n, const struct pen_light_triangles *triangles,
 	const struct pen_light_points *points, const float *u, const float *v,
 	const struct pen_light_samples *ret_samples);
 

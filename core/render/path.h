@@ -17,8 +17,12 @@ struct pen_paths {
 	float lobe_pdf[PEN_LANES]; /* with which the ray's direction was sampled; 0: no light
 				      sampling could have found it */
 	/* What a sample sees, in scenes with textures or an environment: a cone about the ray. */
-	float width[PEN_LANES];	   /* at its origin */
-	float spread[PEN_LANES];   /* what a length of 1 adds */
+	float width[PEN_LANES];	 /* at its origin */
+	float spread[PEN_LANES]; /* what a length of 1 adds */
+	/* In scenes where lights are chosen from: see pen_points_receiver. */
+	float receiver_x[PEN_LANES];
+	float receiver_y[PEN_LANES];
+	float receiver_z[PEN_LANES];
 	uint32_t slot[PEN_LANES];  /* of the sample, within the batch */
 	uint32_t key[PEN_LANES];   /* of the sample's pixel, see core/render/sequence.h */
 	uint32_t index[PEN_LANES]; /* of the sample */

@@ -53,6 +53,19 @@ struct pen_points {
 void pen_points_find(const struct pen_render_scene *scene, const struct pen_packet *packet,
 	struct pen_points *ret_points);
 
+/* The normal of a lane's surface if only light from before it counts, else the zero vector. */
+static inline struct pen_vec3 pen_points_receiver(const struct pen_points *points, int lane)
+{
+	const uint32_t kind = points->kind[lane];
+	const bool is_opaque =
+		(kind & (PEN_KIND_MATTE | PEN_KIND_GLOSSY)) != 0 ||
+		(kind == PEN_KIND_PRINCIPLED && !(points->transmission[lane] > 0.0f));
+
+	return is_opaque ? pen_vec3(points->normal_x[lane], points->normal_y[lane],
+				   points->normal_z[lane])
+			 : pen_vec3(0.0f, 0.0f, 0.0f);
+}
+
 /* A lane's point, lifted off the surface to the side that a direction leaves by. */
 static inline struct pen_vec3 pen_points_leave(
 	const struct pen_points *points, int lane, struct pen_vec3 direction)

@@ -64,12 +64,16 @@ PEN_LANE float pen_principled_fresnel(const struct pen_principled *p, float c)
 	return p->is_solid ? schlick + p->transmission * (exact - schlick) : schlick;
 }
 
+/* What a coat of a strength reflects at a cosine. */
+PEN_LANE float pen_coat_fresnel(float strength, float cosine)
+{
+	return strength * (0.04f + 0.96f * pen_schlick_weight(fabsf(cosine)));
+}
+
 /* How much the coat takes from what is below it, by the view alone, as glTF has it. */
 PEN_LANE float pen_coat_share(const struct pen_principled *p, struct pen_vec3 wo)
 {
-	const float c = fabsf(pen_dot(p->coat_normal, wo));
-
-	return p->coat * (0.04f + 0.96f * pen_schlick_weight(c));
+	return pen_coat_fresnel(p->coat, pen_dot(p->coat_normal, wo));
 }
 
 /*

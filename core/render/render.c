@@ -2,6 +2,7 @@
 #include "core/render/render.h"
 
 #include "core/render/isa.h"
+#include "core/render/lights.h"
 #include "core/render/wavefront.h"
 #include "core/scene/planes.h"
 
@@ -54,6 +55,7 @@ int pen_renderer_create(const struct pen_render_scene *scene, struct pen_rendere
 	if (r == 0)
 		r = queue_create(&wavefront->next, packets * growth, err);
 	wavefront->now.has_cones = wavefront->next.has_cones = scene->has_cones;
+	wavefront->now.has_receivers = wavefront->next.has_receivers = scene->lights->chooses;
 	wavefront->now.sample_share = wavefront->next.sample_share = scene->sample_share;
 	wavefront->radiance = calloc(3 * (packets * PEN_LANES + 1ul), sizeof(float));
 	wavefront->firsts = calloc(packets * PEN_LANES + 1ul, sizeof *wavefront->firsts);

@@ -118,6 +118,16 @@ static void carry_cone(const struct pen_path_queue *queue, const struct pen_path
 	to->spread[i] = pen_min(from->spread[lane] + queue->sample_share * lobe, 1.0f);
 }
 
+static void carry_receiver(
+	const struct pen_points *points, int lane, struct pen_paths *to, uint32_t i)
+{
+	const struct pen_vec3 normal = pen_points_receiver(points, lane);
+
+	to->receiver_x[i] = normal.x;
+	to->receiver_y[i] = normal.y;
+	to->receiver_z[i] = normal.z;
+}
+
 static void set_tint(struct outgoing *to, const struct pen_points *points)
 {
 	memcpy(to->tint_red, points->red, sizeof to->tint_red);
@@ -189,6 +199,8 @@ static void append(struct pen_path_queue *queue, const struct pen_paths *from,
 	to->index[i] = from->index[lane];
 	if (queue->has_cones)
 		carry_cone(queue, from, out, lane, to, i);
+	if (queue->has_receivers)
+		carry_receiver(points, lane, to, i);
 }
 
 void pen_path_queue_close(struct pen_path_queue *queue)

@@ -10,6 +10,7 @@ struct pen_path_queue {
 	struct pen_paths *packets;
 	uint32_t count, capacity; /* paths */
 	bool has_cones;		  /* paths know what a sample sees */
+	bool has_receivers;	  /* and what they left */
 	float sample_share;	  /* of a lobe, see struct pen_render_scene */
 };
 

@@ -3,7 +3,7 @@
 
 #include "core/render/camera_place.h"
 #include "core/render/isa.h"
-#include "core/render/light_place.h"
+#include "core/render/lights.h"
 #include "core/render/surfaces.h"
 
 #include <stdlib.h>
@@ -44,40 +44,6 @@ static int create_targets(struct pen_render_scene *scene, struct pen_error *err)
 		.normal_offset = PEN_NO_INDEX,
 	};
 	return 0;
-}
-
-static int create_choice(struct pen_render_scene *scene, struct pen_error *err)
-{
-	const struct pen_scene *desc = scene->desc;
-	const double radius = pen_trace_radius(scene->trace);
-	double *powers = calloc(desc->light_count, sizeof *powers);
-	int r;
-
-	if (!powers)
-		return pen_error_memory(err);
-	for (uint32_t i = 0; i < desc->light_count; i++)
-		powers[i] = pen_light_power(&desc->lights[i], radius); /* a node changes none */
-	r = pen_light_choice_init(&scene->choice, powers, desc->light_count, err);
-	scene->chooses_light = r == 0;
-	free(powers);
-	return r;
-}
-
-static int create_lights(struct pen_render_scene *scene, struct pen_error *err)
-{
-	const struct pen_scene *desc = scene->desc;
-
-	scene->lights = calloc(desc->light_count + 1ul, sizeof *scene->lights);
-	if (!scene->lights)
-		return pen_error_memory(err);
-	scene->light_count = desc->light_count;
-	for (uint32_t i = 0; i < desc->light_count; i++) {
-		const struct pen_light_desc placed = pen_light_place(
-			desc, &desc->lights[i], pen_shutter_of(desc, scene->frame).open);
-
-		pen_light_init(&scene->lights[i], &placed);
-	}
-	return desc->light_count > PEN_LIGHTS_SAMPLED_MAX ? create_choice(scene, err) : 0;
 }
 
 static int create_camera(struct pen_render_scene *scene, struct pen_error *err)
@@ -121,8 +87,8 @@ static int create_tables(struct pen_render_scene *scene, struct pen_error *err)
 	scene->has_cones = scene->has_textures || scene->environment;
 	if (r == 0)
 		r = create_targets(scene, err);
-	if (r == 0)
-		r = create_lights(scene, err);
+	if (r == 0 && !scene->lights)
+		r = pen_lights_create(scene, &scene->lights, err);
 	if (r == 0)
 		r = create_camera(scene, err);
 	return r;
@@ -185,8 +151,8 @@ int pen_render_scene_create(const struct pen_scene *desc, const struct pen_pictu
 
 int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pictures *pictures,
 	uint32_t frame, enum pen_isa isa, const struct pen_geometry *geometry,
-	struct pen_trace *base, uint32_t shape_first, struct pen_render_scene **ret_scene,
-	struct pen_error *err)
+	struct pen_trace *base, uint32_t shape_first, struct pen_lights **lights,
+	struct pen_render_scene **ret_scene, struct pen_error *err)
 {
 	struct pen_render_scene *scene;
 	unsigned int state;
@@ -196,10 +162,16 @@ int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pi
 		return r;
 	scene->is_of_shot = true;
 	scene->geometry = *geometry;
+	scene->lights = *lights;
+	scene->has_shared_lights = *lights != NULL;
 	state = pen_isa_denormals_flush();
 	r = pen_trace_create_on(base, &scene->geometry, shape_first, &scene->trace, err);
 	if (r == 0)
 		r = create_tables(scene, err);
+	if (r == 0 && !*lights && pen_lights_rest(scene->lights, desc, shape_first)) {
+		*lights = scene->lights;
+		scene->has_shared_lights = true;
+	}
 	pen_isa_denormals_restore(state);
 	return conclude(scene, r, ret_scene);
 }
@@ -209,8 +181,8 @@ void pen_render_scene_destroy(struct pen_render_scene *scene)
 	if (!scene)
 		return;
 	pen_camera_finish(&scene->camera);
-	pen_light_choice_finish(&scene->choice);
-	free(scene->lights);
+	if (!scene->has_shared_lights)
+		pen_lights_destroy(scene->lights);
 	free(scene->targets);
 	pen_surfaces_destroy(scene);
 	pen_trace_destroy(scene->trace);

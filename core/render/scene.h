@@ -8,7 +8,6 @@
 #include "core/render/geometry.h"
 #include "core/render/kernel.h"
 #include "core/render/light.h"
-#include "core/render/light_choice.h"
 #include "core/render/material.h"
 #include "core/render/render.h"
 #include "core/render/trace.h"
@@ -57,6 +56,8 @@ struct pen_target {
 	uint32_t normal_offset; /* see struct pen_model */
 };
 
+struct pen_lights;
+
 /* A scene as one frame shows it. */
 struct pen_render_scene {
 	const struct pen_scene *desc;
@@ -75,10 +76,8 @@ struct pen_render_scene {
 	float sample_share; /* of a pixel's or a lobe's width that a sample stands for */
 	struct pen_camera camera;
 	struct pen_filter filter;
-	struct pen_light *lights;
-	uint32_t light_count;
-	struct pen_light_choice choice; /* of the lights when they are too many to sample all */
-	bool chooses_light;
+	struct pen_lights *lights;
+	bool has_shared_lights;			   /* they are the shot's */
 	struct pen_vec3 background;		   /* where there is no environment */
 	const struct pen_environment *environment; /* or NULL */
 	bool has_cones;				   /* paths know what a sample sees */
@@ -86,12 +85,13 @@ struct pen_render_scene {
 
 /*
  * A frame of a shot: geometry is a view of the shot's pools, and its shapes from shape_first on
- * are the frame's, those before base's. Both must outlive the result.
+ * are the frame's, those before base's. Both must outlive the result. lights are those of the
+ * shot's frames that do not change, or NULL until one has made them; the caller destroys them.
  */
 int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pictures *pictures,
 	uint32_t frame, enum pen_isa isa, const struct pen_geometry *geometry,
-	struct pen_trace *base, uint32_t shape_first, struct pen_render_scene **ret_scene,
-	struct pen_error *err);
+	struct pen_trace *base, uint32_t shape_first, struct pen_lights **lights,
+	struct pen_render_scene **ret_scene, struct pen_error *err);
 
 /* The kernel of an instruction set; PEN_EUNSUPPORTED when this processor does not run it. */
 int pen_render_kernel(

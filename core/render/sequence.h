@@ -88,6 +88,7 @@ enum pen_slot {
 	PEN_SLOT_LOBE_CHOICE, /* reflection or refraction */
 	PEN_SLOT_BACKGROUND,
 	PEN_SLOT_ROULETTE,
+	PEN_SLOT_CHOSEN_LIGHT, /* a point on it */
 	PEN_SLOT_COUNT = 16
 };
 

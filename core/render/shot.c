@@ -5,6 +5,7 @@
 #include "core/render/geometry.h"
 #include "core/render/isa.h"
 #include "core/render/layout.h"
+#include "core/render/lights.h"
 #include "core/render/scene.h"
 
 #include <stdlib.h>
@@ -26,7 +27,8 @@ struct pen_render_shot {
 	struct pen_geometry geometry;  /* that, as the trees of base read it */
 	uint32_t shared_models, shared_shapes;
 	struct pen_trace *base;
-	uint32_t first, count; /* frames that are ready */
+	struct pen_lights *lights; /* of all frames, when they stand still; made by the first */
+	uint32_t first, count;	   /* frames that are ready */
 	struct pen_render_scene *scenes[PEN_SHOT_FRAMES_MAX];
 };
 
@@ -95,6 +97,7 @@ void pen_render_shot_destroy(struct pen_render_shot *shot)
 	if (!shot)
 		return;
 	drop_frames(shot);
+	pen_lights_destroy(shot->lights);
 	pen_trace_destroy(shot->base);
 	pen_layout_finish(&shot->layout);
 	free(shot);
@@ -169,7 +172,7 @@ static int build_frame(struct pen_render_shot *shot, uint32_t frame, const struc
 	view.model_count = span->models_end;
 	view.shape_count = span->shapes_end;
 	r = pen_render_scene_create_on(shot->desc, shot->pictures, frame, shot->isa, &view,
-		shot->base, span->shapes_first, &shot->scenes[shot->count], err);
+		shot->base, span->shapes_first, &shot->lights, &shot->scenes[shot->count], err);
 	shot->count += r == 0;
 	return r;
 }

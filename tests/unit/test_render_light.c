@@ -197,26 +197,6 @@ static void choice_without_power_is_even(void **state)
 	pen_light_choice_finish(&choice);
 }
 
-/* Power decides how often a light is asked: its units must be the same for all types. */
-static void powers_compare(void **state)
-{
-	const struct pen_light_desc sphere = {
-		.type = PEN_LIGHT_SPHERE, .color = {2, 2, 2}, .u.sphere = {{0, 0, 0}, 0.1}};
-	/* Seen from afar the sphere is a point of this intensity. */
-	const double intensity = 2.0 * M_PI * 0.1 * 0.1;
-	const struct pen_light_desc point = {
-		.type = PEN_LIGHT_POINT, .color = {intensity, intensity, intensity}};
-	struct pen_light_desc spot = {
-		.type = PEN_LIGHT_SPOT, .color = {intensity, intensity, intensity}};
-
-	(void)state;
-	spot.u.spot.cone_angle = 360.0;
-	assert_float_equal(
-		(float)pen_light_power(&sphere, 1.0), (float)pen_light_power(&point, 1.0), 1e-5f);
-	assert_float_equal(
-		(float)pen_light_power(&spot, 1.0), (float)pen_light_power(&point, 1.0), 1e-5f);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -228,7 +208,6 @@ int main(void)
 		cmocka_unit_test(centre_stands_for_the_light),
 		cmocka_unit_test(choice_follows_power),
 		cmocka_unit_test(choice_without_power_is_even),
-		cmocka_unit_test(powers_compare),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef PEN_RENDER_EMITTERS_H
+#define PEN_RENDER_EMITTERS_H
+
+#include "core/render/light_tree.h"
+#include "core/render/scene.h"
+
+/*
+ * The primitives of a scene that send out light of their own: triangles, and spheres in world
+ * coordinates, of principled materials with emission. Where a texture is black all over a triangle
+ * that is none.
+ */
+struct pen_emitter {
+	uint32_t shape, primitive;
+};
+
+struct pen_emitters {
+	struct pen_emitter *items;
+	uint32_t count;
+	uint32_t *firsts; /* of each shape: where its primitives are in numbers, or PEN_NO_INDEX */
+	uint32_t shape_count;
+	uint32_t *numbers; /* the emitter that a primitive is, or PEN_NO_INDEX */
+};
+
+/*
+ * Finds them, and the hull of each for the whole time that the shutter is open; its light is the
+ * emitter's number after `before`. ret_hulls has room for as many more, and is the caller's to
+ * free. PEN_ELIMIT beyond PEN_EMITTERS_MAX, PEN_ENOMEM.
+ */
+int pen_emitters_init(struct pen_emitters *emitters, const struct pen_render_scene *scene,
+	uint32_t before, struct pen_light_hull **ret_hulls, struct pen_error *err);
+void pen_emitters_finish(struct pen_emitters *emitters);
+
+/* The emitter that a primitive of a shape is, or PEN_NO_INDEX. */
+static inline uint32_t pen_emitters_find(
+	const struct pen_emitters *emitters, uint32_t shape, uint32_t primitive)
+{
+	const uint32_t first =
+		shape < emitters->shape_count ? emitters->firsts[shape] : PEN_NO_INDEX;
+
+	return first != PEN_NO_INDEX ? emitters->numbers[first + primitive] : PEN_NO_INDEX;
+}
+
+/* What an emitter is at a fraction of the shutter, as a light without color. */
+void pen_emitter_place(const struct pen_render_scene *scene, const struct pen_emitter *emitter,
+	float time, struct pen_light *ret_light);
+
+#endif
