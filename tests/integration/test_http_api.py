@@ -116,7 +116,7 @@ def test_content_types_that_are_read_as_json(server, content_type):
     assert server.post(SCENE, headers.items()).status == 202
 
 
-@pytest.mark.parametrize("content_type", ["model/gltf-binary", "text/plain", "application/jsonx",
+@pytest.mark.parametrize("content_type", ["model/gltf+json", "text/plain", "application/jsonx",
                                           "multipart/form-data; boundary=x"])
 def test_other_content_types_are_refused(server, content_type):
     problem(server.post(SCENE, {"Content-Type": content_type}.items()), 415)
