@@ -22,6 +22,7 @@ const char pen_config_usage[] =
 	"  --processes N              render processes here (one for each core; 0: none)\n"
 	"  --isa v2|v3|v4             instruction set of the local farm (the best there is)\n"
 	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
+	"  --keep-assets HOURS        uploaded files that no render names (24)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --parent-death             end when the process that started this one does\n"
 	"  --help                     print this\n"
@@ -153,7 +154,18 @@ static int fill_default_data(struct pen_config *config, struct pen_error *err)
 	return parse_data(path, config, err);
 }
 
-enum { LISTEN = 1, WORKER_LISTEN, DATA, PROCESSES, ISA, TILE, LOG_LEVEL, PARENT_DEATH, HELP };
+enum {
+	LISTEN = 1,
+	WORKER_LISTEN,
+	DATA,
+	PROCESSES,
+	ISA,
+	TILE,
+	KEEP_ASSETS,
+	LOG_LEVEL,
+	PARENT_DEATH,
+	HELP
+};
 
 static const struct option options[] = {
 	{"listen", required_argument, NULL, LISTEN},
@@ -162,6 +174,7 @@ static const struct option options[] = {
 	{"processes", required_argument, NULL, PROCESSES},
 	{"isa", required_argument, NULL, ISA},
 	{"tile", required_argument, NULL, TILE},
+	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
 	{"parent-death", no_argument, NULL, PARENT_DEATH},
 	{"help", no_argument, NULL, HELP},
@@ -183,6 +196,13 @@ static int parse_option(
 		return 0;
 	case ISA: return parse_isa(value, &config->isa, err);
 	case TILE: return parse_tile(value, &config->tile_px, err);
+	case KEEP_ASSETS:
+		if (parse_number(value, PEN_KEEP_HOURS_MAX, &config->keep_assets_s) < 0)
+			return pen_error_set(err, PEN_EINVALID,
+				"--keep-assets takes a number of hours from 0 to %u",
+				PEN_KEEP_HOURS_MAX);
+		config->keep_assets_s *= 3600;
+		return 0;
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH: config->parent_death = true; return 0;
 	default: config->help = true; return 0;
@@ -191,7 +211,7 @@ static int parse_option(
 
 int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err)
 {
-	struct pen_config config = {.log_level = PEN_LOG_INFO};
+	struct pen_config config = {.keep_assets_s = 24 * 3600, .log_level = PEN_LOG_INFO};
 	unsigned cores = uv_available_parallelism();
 	int option, r = 0;
 

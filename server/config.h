@@ -14,9 +14,10 @@
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
 	char data_dir[PATH_MAX];
-	uint32_t processes; /* of the local worker; 0: none is started */
-	const char *isa;    /* of the local worker, from argv; NULL: its best */
-	uint32_t tile_px;   /* 0: chosen for each image */
+	uint32_t processes;	/* of the local worker; 0: none is started */
+	const char *isa;	/* of the local worker, from argv; NULL: its best */
+	uint32_t tile_px;	/* 0: chosen for each image */
+	uint32_t keep_assets_s; /* that no render names */
 	enum pen_log_level log_level;
 	bool parent_death;
 	bool help;

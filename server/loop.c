@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/loop.h"
 
+#include "server/asset_sweep.h"
 #include "server/data_dir.h"
 #include "server/dispatch.h"
 #include "server/durable.h"
@@ -37,6 +38,7 @@ struct pen_server {
 	struct pen_encoders *encoders;
 	struct pen_http *http;
 	struct pen_spawn *spawn;
+	struct pen_asset_sweep *sweep;
 	bool stopping;
 	struct pen_error failure; /* code < 0: why it had to stop */
 };
@@ -56,6 +58,7 @@ static void stop(struct pen_server *server)
 		pen_jobs_close(server->jobs);
 	pen_farm_destroy(server->farm);
 	pen_spawn_destroy(server->spawn);
+	pen_asset_sweep_destroy(server->sweep);
 	pen_store_destroy(server->store);
 	pen_encoders_destroy(server->encoders);
 	pen_http_destroy(server->http);
@@ -233,6 +236,9 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 		r = start_http(&server, err);
 	if (r == 0)
 		r = start_worker(&server, worker_host, err);
+	if (r == 0)
+		r = pen_asset_sweep_create(&server.loop, server.data.assets, server.data.scenes,
+			config->keep_assets_s, &server.sweep, err);
 	if (r == 0)
 		r = announce(&server, worker_host, err);
 	if (r < 0)

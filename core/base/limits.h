@@ -100,6 +100,7 @@
 #define PEN_MERGING_MAX	       256u	    /* results on their way into framebuffers */
 #define PEN_STORE_QUEUE_MAX    4096u	    /* requests that wait for the disk */
 #define PEN_TILES_COMMIT_MAX   64u	    /* tile rows committed together */
+#define PEN_KEEP_HOURS_MAX     87600u	    /* ten years */
 #define PEN_DISK_RESERVE_BYTES (64ul << 20) /* kept free when a render is accepted */
 
 /* HTTP */

@@ -198,3 +198,29 @@ def test_an_asset_outlives_a_kill_at_once_after_its_answer():
         farm.start()
         assert farm.request("HEAD", PATH).status == 200
         assert (farm.data / "assets" / NAME).read_bytes() == DATA
+
+
+def test_what_no_render_names_goes_after_a_while():
+    """Breaks when an asset of a stored render is swept, or one that nobody names stays for ever."""
+    named, unnamed = EMPTY, glb({"asset": {"version": "2.0"}, "scenes": [{}]})
+    with Farm(0, "--keep-assets", "0") as farm:
+        put(farm, named)
+        scene = {"version": 1, "image": {"width": 16, "height": 16}, "objects": [
+            {"type": "gltf", "asset": f"sha256:{hashlib.sha256(named).hexdigest()}"}]}
+        render = farm.submit(scene)
+        put(farm, unnamed)
+        left = [hashlib.sha256(named).hexdigest()]
+        wait_for(lambda: stored(farm) == left, 20, "the sweep")
+        farm.request("DELETE", f"/v1/renders/{render}")
+        farm.stop()
+        farm.start()
+        wait_for(lambda: stored(farm) == [], 20, "the second sweep")
+
+
+def test_a_young_asset_stays():
+    """Breaks when the sweep takes what was uploaded for a render still to be posted."""
+    with Farm(0, "--keep-assets", "1") as farm:
+        put(farm, DATA)
+        old = put(farm, EMPTY) and hashlib.sha256(EMPTY).hexdigest()
+        os.utime(farm.data / "assets" / old, (1e9, 1e9))
+        wait_for(lambda: stored(farm) == [NAME], 20, "the sweep")
