@@ -75,6 +75,43 @@ double pen_decide_deviations(double confidence)
 	return high;
 }
 
+/* The chance that a chi-squared variable of 2 * count degrees of freedom exceeds 2 * x. */
+static double chance_beyond(uint32_t count, double x)
+{
+	double term = 1.0, sum = 1.0;
+
+	for (uint32_t i = 1; i < count; i++) {
+		term *= x / i;
+		sum += term;
+	}
+	return decay(x) * sum;
+}
+
+double pen_decide_least_share(uint32_t blocks, double confidence)
+{
+	double low = 0.0, high = blocks;
+
+	if (confidence <= 0.5)
+		return 1.0;
+	if (blocks > 64) { /* Wilson and Hilferty 1931 */
+		const double variance = 1.0 / (9.0 * blocks);
+		const double root =
+			1.0 - variance -
+			pen_decide_deviations(2.0 * confidence - 1.0) * __builtin_sqrt(variance);
+
+		return root * root * root;
+	}
+	for (int i = 0; i < 60; i++) {
+		const double x = 0.5 * (low + high);
+
+		if (chance_beyond(blocks, x) > confidence)
+			low = x;
+		else
+			high = x;
+	}
+	return low / blocks;
+}
+
 /* Where the rounds of the pixel at (x, y) of the crop stand. */
 static uint8_t *rounds_at(const struct scan *scan, uint32_t x, uint32_t y)
 {
@@ -212,11 +249,10 @@ static void spread_row(const struct scan *scan, uint32_t y)
 	}
 }
 
+/* A pixel goes on where the variance of a block may be limit or more. */
 static void decide_row(const struct scan *scan, uint32_t y, double limit)
 {
 	const struct pen_quota *quota = scan->quota;
-	const uint32_t now = pen_round_samples(&quota->framebuf->rounds, quota->decided);
-	const double blocks = (double)now / BLOCK_SAMPLES;
 	float *rows[3];
 
 	rows_around(scan->spread, y, scan->height, rows);
@@ -225,7 +261,7 @@ static void decide_row(const struct scan *scan, uint32_t y, double limit)
 
 		if (*rounds < quota->decided || *rounds == PEN_QUOTA_ALL)
 			continue;
-		if ((double)largest_around(scan, rows, x) >= limit * blocks)
+		if ((double)largest_around(scan, rows, x) >= limit)
 			*rounds = quota->decided + 1 < PEN_QUOTA_ALL ? (uint8_t)(*rounds + 1)
 								     : PEN_QUOTA_ALL;
 	}
@@ -236,6 +272,10 @@ static int decide_errors(struct scan *scan, struct pen_error *err)
 {
 	const struct pen_framebuf *framebuf = scan->quota->framebuf;
 	const double sigma = framebuf->error / pen_decide_deviations(framebuf->confidence);
+	const uint32_t blocks =
+		pen_round_samples(&framebuf->rounds, scan->quota->decided) / BLOCK_SAMPLES;
+	const double limit =
+		sigma * sigma * blocks * pen_decide_least_share(blocks, framebuf->confidence);
 	int r = 0;
 
 	for (uint32_t y = 0; r == 0 && y < scan->height + 2; y++) {
@@ -248,7 +288,7 @@ static int decide_errors(struct scan *scan, struct pen_error *err)
 		if (y >= 1 && y - 1 < scan->height)
 			spread_row(scan, y - 1);
 		if (y >= 2)
-			decide_row(scan, y - 2, sigma * sigma);
+			decide_row(scan, y - 2, limit);
 	}
 	return r;
 }

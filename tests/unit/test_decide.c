@@ -186,7 +186,7 @@ static void errors_are_estimated(void **state)
 {
 	static float film[PIXELS * 7];
 	static bool wanted[PIXELS];
-	const double limit = pow(0.01 / 1.9599639845400545, 2);
+	const double limit = pow(0.01 / 1.9599639845400545, 2) * -log(0.95);
 	uint32_t seed = 1, count = 0;
 
 	(void)state;
@@ -244,6 +244,13 @@ static void functions_without_libm(void **state)
 		{0.95, 1.9599639845400545}, {0.99, 2.5758293035489004},
 		{0.999999, 4.891638475698708}};
 
+	static const struct {
+		uint32_t blocks;
+		double confidence, quantile; /* of chi-squared with 2 * blocks degrees */
+	} shares[] = {{1, 0.95, 0.102587}, {2, 0.95, 0.710723}, {16, 0.95, 20.0719},
+		{16, 0.99, 16.3622}, {64, 0.95, 102.867}, {65, 0.95, 104.662},
+		{1000, 0.95, 1897.27}};
+
 	(void)state;
 	for (int i = -10; i <= 1010; i++) {
 		const double linear = i / 1000.0;
@@ -252,6 +259,9 @@ static void functions_without_libm(void **state)
 		assert_true(fabs(pen_decide_encode(linear / 300) - encode(linear / 300)) < 1e-12);
 	}
 	assert_true(pen_decide_encode((double)NAN) == 0.0);
+	for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
+		assert_true(fabs(pen_decide_least_share(shares[i].blocks, shares[i].confidence) -
+				    shares[i].quantile / (2 * shares[i].blocks)) < 2e-4);
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
 		assert_true(fabs(pen_decide_deviations(known[i].confidence) - known[i].deviations) <
 			    1e-6);
