@@ -16,6 +16,7 @@ enum event_type {
 	EVENT_MERGED,
 	EVENT_FLUSHED,
 	EVENT_SYNCED,
+	EVENT_DECIDED,
 	EVENT_STORED,
 	EVENT_GONE,
 	/* messages to it */

@@ -5,14 +5,16 @@
 #include "core/base/digest.h"
 #include "core/base/limits.h"
 #include "server/framebuf.h"
+#include "tests/chaos/simulated_quota.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* In the detail of EVENT_SYNCED, beside the cell. */
-#define SYNC_TOLD 0x80000000u
+/* In the detail of EVENT_SYNCED, beside the cell: what the dispatch is told after it. */
+#define SYNC_MERGED  0x80000000u
+#define SYNC_DECIDED 0x40000000u
 
 /* The ledger: what must be true of every lease, result and end */
 
@@ -45,6 +47,12 @@ static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *h
 	*held = peer->leases[--peer->count];
 }
 
+/* How many rounds of a cell the dispatch may lease. */
+static uint32_t told_rounds(const struct sim_job *job, uint32_t cell)
+{
+	return sim_quota_demand(job, cell, job->frames[cell / job->shown.tiling.count].told).rounds;
+}
+
 /* Whether a frame is the first of its tiles to go out while another tile before it could. */
 static bool skips_frame(const struct sim_job *job, uint32_t frame)
 {
@@ -56,7 +64,7 @@ static bool skips_frame(const struct sim_job *job, uint32_t frame)
 	}
 	for (uint32_t i = 0; i < sim_cell(job, frame, 0); i++)
 		if (!job->cells[i].out && !job->cells[i].merging &&
-			job->cells[i].rounds < job->rounds && job->losses == 0)
+			job->cells[i].rounds < told_rounds(job, i) && job->losses == 0)
 			return true;
 	return false;
 }
@@ -83,12 +91,25 @@ static void check_lease(struct sim *sim, const struct peer *peer, const struct p
 		sim_violate(sim, "frame %u begins while one before it waits", lease->frame);
 	if (tile->out || tile->merging)
 		sim_violate(sim, "tile %u is leased twice at once", lease->tile);
-	if (lease->round != tile->rounds || lease->round >= job->rounds)
+	if (lease->round != tile->rounds ||
+		lease->round >= told_rounds(job, sim_cell(job, lease->frame, lease->tile)))
 		sim_violate(sim, "tile %u is leased out of order", lease->tile);
 	if (lease->lease <= sim->lease_last)
 		sim_violate(sim, "a lease's number is used again");
 	if (memcmp(&rect, &lease->rect, sizeof rect) != 0)
 		sim_violate(sim, "a lease with another tile's pixels");
+}
+
+static void check_mask(struct sim *sim, const struct pen_msg_lease *lease, const uint8_t *mask)
+{
+	const struct sim_job *job = sim_find_job(sim, lease->job);
+	uint8_t wanted[PEN_MASK_BYTES_MAX];
+	const bool is_masked = sim_quota_mask(job, lease->tile, lease->round, wanted);
+
+	if ((mask != NULL) != is_masked ||
+		(mask && memcmp(mask, wanted, pen_mask_bytes(lease->rect)) != 0))
+		sim_violate(
+			sim, "tile %u is leased with other pixels than were decided", lease->tile);
 }
 
 static void dispatch_lease(
@@ -106,8 +127,7 @@ static void dispatch_lease(
 		return;
 	}
 	check_lease(sim, peer, lease);
-	if (mask)
-		sim_violate(sim, "a lease with a mask where nothing was decided");
+	check_mask(sim, lease, mask);
 	if (sim->result->violation[0] != '\0')
 		return;
 	sim->lease_last = lease->lease;
@@ -181,10 +201,9 @@ static void dispatch_merge(
 
 static bool is_frame_complete(const struct sim_job *job, uint32_t frame)
 {
-	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
-		if (job->cells[sim_cell(job, frame, i)].rounds != job->rounds)
-			return false;
-	return true;
+	bool is_final;
+
+	return sim_quota_is_met(job, frame, &is_final) && is_final;
 }
 
 /* How many frames are complete, from the first on. */
@@ -205,13 +224,38 @@ static bool is_complete(const struct sim_job *job)
 static bool dispatch_mask(void *user, uint64_t number, uint32_t frame, uint32_t tile,
 	uint32_t round, uint8_t *ret_mask)
 {
-	(void)user, (void)number, (void)frame, (void)tile, (void)round, (void)ret_mask;
-	return false;
+	(void)frame;
+	return sim_quota_mask(sim_find_job(user, number), tile, round, ret_mask);
 }
 
 static void dispatch_decide(void *user, uint64_t number, uint32_t frame)
 {
-	sim_violate(user, "frame %u of render %u asks for a decision", frame, (unsigned)number);
+	struct sim *sim = user;
+	struct sim_job *job = sim_find_job(sim, number);
+
+	sim_note(sim, 5 ^ number << 4 ^ (uint64_t)frame << 12);
+	if (job->frames[frame - 1].deciding)
+		sim_violate(sim, "frame %u of render %u asks twice", frame, (unsigned)number);
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++) {
+		const uint32_t cell = sim_cell(job, frame, i);
+
+		if (job->cells[cell].out || job->cells[cell].merging ||
+			job->cells[cell].rounds < told_rounds(job, cell))
+			sim_violate(sim, "frame %u of render %u asks before its rounds are merged",
+				frame, (unsigned)number);
+	}
+	job->frames[frame - 1].deciding = true;
+	sim_push_job(sim, job, EVENT_DECIDED, frame, sim_draw(sim, 60));
+}
+
+/* What the canvas does: nothing while tiles lack what was decided before, as after a restart. */
+static void decide_frame(struct sim_job *job, uint32_t frame)
+{
+	struct sim_frame *f = &job->frames[frame - 1];
+	bool is_final;
+
+	if (sim_quota_is_met(job, frame, &is_final) && !is_final)
+		f->decided = sim_quota_next(job, f->decided);
 }
 
 /* From nothing, with whatever workers there are. */
@@ -219,7 +263,7 @@ static void forget_pixels(struct sim_job *job)
 {
 	for (uint32_t i = 0; i < CELLS_MAX; i++)
 		job->cells[i] = (struct sim_tile){0};
-	memset(job->synced, 0, sizeof job->synced);
+	memset(job->frames, 0, sizeof job->frames);
 	job->class_text[0] = '\0';
 	job->shown.equivalence_class = NULL;
 }
@@ -268,10 +312,10 @@ void sim_coordinator_start(struct sim *sim)
 	sim->peer_last = sim->lease_last = 0;
 }
 
-/* The frame goes to the disk; told: the dispatch waits for that. */
-static void sync_frame(struct sim *sim, struct sim_job *job, uint32_t cell, bool told)
+/* The frame goes to the disk; what the dispatch waits for with that, if anything. */
+static void sync_frame(struct sim *sim, struct sim_job *job, uint32_t cell, uint32_t then)
 {
-	sim_push_job(sim, job, EVENT_SYNCED, cell | (told ? SYNC_TOLD : 0), sim_draw(sim, 100));
+	sim_push_job(sim, job, EVENT_SYNCED, cell | then, sim_draw(sim, 100));
 }
 
 static void begin_job(struct sim *sim, struct sim_job *job)
@@ -296,7 +340,7 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 	job->losses = 0;
 	for (uint32_t i = 1; i <= job->shown.frame_count; i++)
 		if (is_frame_complete(job, i))
-			sync_frame(sim, job, sim_cell(job, i, 0), false);
+			sync_frame(sim, job, sim_cell(job, i, 0), 0);
 	if (is_complete(job))
 		return;
 	job->listed = true;
@@ -348,18 +392,25 @@ static void handle_tick(struct sim *sim)
 }
 
 /* The pixels of a result, and what is said of them, both as the lie wants. */
-static size_t make_result(const struct pen_msg_lease *lease, uint32_t cell, enum lie lie,
-	float *pixels, struct pen_msg_result *ret_result)
+static size_t make_result(const struct sim_job *job, const struct pen_msg_lease *lease,
+	uint32_t cell, enum lie lie, float *pixels, struct pen_msg_result *ret_result)
 {
 	size_t size = pen_rect_area(lease->rect) * lease->channels * sizeof *pixels;
 	float samples = (float)(lease->sample_end - lease->sample_first);
+	uint8_t mask[PEN_MASK_BYTES_MAX];
+	const bool is_masked = sim_quota_mask(job, lease->tile, lease->round, mask);
 
-	for (size_t i = 0; i < size / sizeof *pixels; i++)
-		pixels[i] = i % lease->channels == PEN_CHANNEL_COUNT ? samples : 0;
+	memset(pixels, 0, size);
+	for (size_t i = 0; i < pen_rect_area(lease->rect); i++)
+		if (!is_masked || pen_mask_has(mask, i))
+			pixels[i * lease->channels + PEN_CHANNEL_COUNT] = samples;
 	pixels[0] = stamp(lease->job, cell, lease->round);
 	if (lie == LIE_NAN)
 		pixels[1] = NAN;
-	if (lie == LIE_COUNT)
+	/* Of the second pixel, which a mask leaves out, one is too many. */
+	if (lie == LIE_COUNT && is_masked && pen_rect_area(lease->rect) > 1)
+		pixels[lease->channels + PEN_CHANNEL_COUNT] = 1;
+	else if (lie == LIE_COUNT)
 		pixels[PEN_CHANNEL_COUNT] = samples + 1;
 	*ret_result = (struct pen_msg_result){
 		.lease = lease->lease + (lie == LIE_LEASE),
@@ -386,12 +437,12 @@ static void check_commit(struct sim *sim, struct sim_tile *tile, const struct pe
 
 static void handle_result(struct sim *sim, struct peer *peer, const struct event *event)
 {
-	float pixels[16 * 16 * PEN_CHANNELS_MIN];
+	float pixels[16 * 16 * PEN_CHANNELS_MAX];
 	struct pen_msg_result result;
 	enum lie lie = (enum lie)event->detail;
 	struct sim_job *job = sim_find_job(sim, event->lease.job);
 	uint32_t cell = sim_cell(job, event->lease.frame, event->lease.tile);
-	size_t size = make_result(&event->lease, cell, lie, pixels, &result);
+	size_t size = make_result(job, &event->lease, cell, lie, pixels, &result);
 	struct pen_msg_lease *held = find_held(peer, result.lease);
 	enum pen_dispatch_outcome expected = PEN_OUTCOME_GONE, outcome;
 	uint64_t samples;
@@ -455,26 +506,51 @@ static void handle_merged(struct sim *sim, struct sim_job *job, uint32_t index)
 	tile->file = ++tile->rounds;
 	sim_push_job(sim, job, EVENT_FLUSHED, index, sim_draw(sim, 1000));
 	if (is_frame_complete(job, frame)) {
-		sync_frame(sim, job, index, true);
+		sync_frame(sim, job, index, SYNC_MERGED);
 		return;
 	}
 	tile->merging = false;
 	pen_dispatch_merged(sim->dispatch, job->shown.number, frame, index % tiles);
 }
 
+static void tell_decided(struct sim *sim, struct sim_job *job, uint32_t frame)
+{
+	struct sim_frame *f = &job->frames[frame - 1];
+	struct pen_demand demands[TILES_MAX];
+
+	for (uint32_t i = 0; i < job->shown.tiling.count; i++)
+		demands[i] = sim_quota_demand(job, sim_cell(job, frame, i), f->decided);
+	f->deciding = false;
+	f->told = f->decided;
+	pen_dispatch_decided(sim->dispatch, job->shown.number, frame, demands);
+}
+
+/* A frame that lacks nothing any more is told when it is on the disk. */
+static void handle_decided(struct sim *sim, struct sim_job *job, uint32_t frame)
+{
+	decide_frame(job, frame);
+	if (is_frame_complete(job, frame))
+		sync_frame(sim, job, sim_cell(job, frame, 0), SYNC_DECIDED);
+	else
+		tell_decided(sim, job, frame);
+}
+
 static void handle_synced(struct sim *sim, struct sim_job *job, uint32_t detail)
 {
-	uint32_t index = detail & ~(uint32_t)SYNC_TOLD;
+	uint32_t index = detail & ~(SYNC_MERGED | SYNC_DECIDED);
 	uint32_t tiles = job->shown.tiling.count;
 	bool all = true;
 
-	job->synced[index / tiles] = true;
-	job->cells[index].merging = false;
-	if (detail & SYNC_TOLD)
+	job->frames[index / tiles].synced = true;
+	if (detail & SYNC_MERGED) {
+		job->cells[index].merging = false;
 		pen_dispatch_merged(
 			sim->dispatch, job->shown.number, 1 + index / tiles, index % tiles);
+	}
+	if (detail & SYNC_DECIDED)
+		tell_decided(sim, job, 1 + index / tiles);
 	for (uint32_t i = 0; i < job->shown.frame_count; i++)
-		all = all && job->synced[i];
+		all = all && job->frames[i].synced;
 	if (all && job->listed)
 		sim_violate(sim, "render %u does not end", (unsigned)job->shown.number);
 	if (all)
@@ -488,7 +564,9 @@ static void handle_stored(struct sim *sim, struct sim_job *job, enum pen_job_sta
 	sim->result->failed += state == PEN_JOB_FAILED;
 	sim->result->cancelled += state == PEN_JOB_CANCELLED;
 	for (uint32_t i = 0; state == PEN_JOB_DONE && i < sim_cell_count(job); i++)
-		if (job->cells[i].file != job->rounds || !job->synced[i / job->shown.tiling.count])
+		if (!job->frames[i / job->shown.tiling.count].synced ||
+			!is_frame_complete(job, 1 + i / job->shown.tiling.count) ||
+			job->cells[i].file != job->cells[i].rounds)
 			sim_violate(sim, "render %u is done without its pixels",
 				(unsigned)job->shown.number);
 }
@@ -504,25 +582,49 @@ static void handle_job(struct sim *sim, struct sim_job *job, const struct event 
 	case EVENT_MERGED: handle_merged(sim, job, event->detail); break;
 	case EVENT_FLUSHED: job->cells[event->detail].row = job->cells[event->detail].rounds; break;
 	case EVENT_SYNCED: handle_synced(sim, job, event->detail); break;
+	case EVENT_DECIDED: handle_decided(sim, job, event->detail); break;
 	default: handle_stored(sim, job, (enum pen_job_state)event->detail); break;
+	}
+}
+
+/* A decision on its way has reached the disk or not; a few are not whole any more. */
+static void recover_frames(struct sim *sim, struct sim_job *job, bool power)
+{
+	for (uint32_t i = 0; i < job->shown.frame_count; i++) {
+		struct sim_frame *f = &job->frames[i];
+
+		if (f->deciding && sim_draw(sim, 2) == 0)
+			decide_frame(job, 1 + i);
+		if (power && sim_draw(sim, 8) == 0)
+			f->decided = 0;
+		f->synced = f->deciding = false;
+		f->told = 0;
 	}
 }
 
 /* What a new coordinator finds: rows, and framebuffers that fit them or not. */
 static void recover_job(struct sim *sim, struct sim_job *job, bool power)
 {
+	bool was_synced[FRAMES_MAX];
+
+	for (uint32_t i = 0; i < job->shown.frame_count; i++)
+		was_synced[i] = job->frames[i].synced;
+	recover_frames(sim, job, power);
 	for (uint32_t i = 0; i < sim_cell_count(job); i++) {
 		struct sim_tile *tile = &job->cells[i];
 
 		if (tile->merging && sim_draw(sim, 2) == 0)
 			tile->file = (uint16_t)(tile->rounds + 1);
-		if (power && !job->synced[i / job->shown.tiling.count] && sim_draw(sim, 3) == 0)
+		if (power && !was_synced[i / job->shown.tiling.count] && sim_draw(sim, 3) == 0)
 			tile->file = TORN;
 		tile->rounds = tile->file == tile->row ? tile->row : 0;
+		if (tile->rounds >
+			sim_quota_demand(job, i, job->frames[i / job->shown.tiling.count].decided)
+				.rounds)
+			tile->rounds = 0;
 		tile->out = tile->merging = false;
 		tile->committed = 0;
 	}
-	memset(job->synced, 0, sizeof job->synced);
 	job->incarnation++;
 	job->listed = false;
 	job->canvas_ms = 0;

@@ -60,7 +60,8 @@ static void heal(struct sim *sim)
 static void create_job(struct sim *sim, struct sim_job *job, uint64_t number)
 {
 	struct pen_rect crop = {0, 0, 1 + sim_draw(sim, 64), 1 + sim_draw(sim, 64)};
-	struct pen_rounds rounds;
+	static const enum pen_sampling_mode modes[] = {
+		PEN_SAMPLING_UNIFORM, PEN_SAMPLING_EDGE, PEN_SAMPLING_ADAPTIVE};
 
 	job->shown = (struct pen_job){.number = number,
 		.sampling.samples = 1 + sim_draw(sim, 80),
@@ -68,8 +69,10 @@ static void create_job(struct sim *sim, struct sim_job *job, uint64_t number)
 		.frame_count = sim_draw(sim, 2) == 0 ? 1 : 1 + sim_draw(sim, FRAMES_MAX),
 		.priority = sim_draw(sim, 100)};
 	pen_tiling_init(&job->shown.tiling, crop, 16);
-	rounds = pen_sampling_rounds(&job->shown.sampling);
-	job->rounds = pen_round_count(&rounds);
+	job->shown.sampling.mode = modes[sim_draw(sim, 3)];
+	job->shown.sampling.min_samples = 1 + sim_draw(sim, job->shown.sampling.samples);
+	job->rounds = pen_sampling_rounds(&job->shown.sampling);
+	job->round_count = pen_round_count(&job->rounds);
 	job->poison = sim_draw(sim, 8) == 0 ? sim_draw(sim, sim_cell_count(job)) : CELLS_MAX;
 	sim_push(sim, (struct event){.type = EVENT_SUBMIT, .job = number},
 		sim_draw(sim, HEAL_MS / 2));

@@ -61,14 +61,25 @@ struct sim_tile {
 	uint64_t committed; /* round and epoch of the last commit, plus 1 */
 };
 
+struct sim_frame {
+	bool synced;
+	bool deciding; /* a decision is on its way */
+	/* After how many rounds it was decided what goes on, as is on the disk; 0: not yet. */
+	uint32_t decided;
+	uint32_t told; /* of which decision the dispatch knows */
+};
+
 struct sim_job {
 	struct pen_job shown;
 	char class_text[4];
 	uint64_t incarnation; /* events of an older one are dropped */
-	bool accepted, listed, paused, synced[FRAMES_MAX];
-	uint32_t rounds, poison; /* the cell that always crashes; CELLS_MAX: none */
-	uint32_t losses;	 /* leases that brought nothing, of the current incarnation */
+	bool accepted, listed, paused;
+	struct pen_rounds rounds;
+	uint32_t round_count; /* of a pixel, at most */
+	uint32_t poison;      /* the cell that always crashes; CELLS_MAX: none */
+	uint32_t losses;      /* leases that brought nothing, of the current incarnation */
 	int64_t canvas_ms;
+	struct sim_frame frames[FRAMES_MAX];
 	struct sim_tile cells[CELLS_MAX]; /* tiles of all frames */
 };
 
