@@ -2,6 +2,7 @@
 #include "server/api.h"
 
 #include "server/api_asset.h"
+#include "server/api_document.h"
 #include "server/api_farm.h"
 #include "server/api_image.h"
 #include "server/api_render.h"
@@ -37,6 +38,8 @@ static const struct route {
 	{"/metrics", PEN_GET, pen_api_metrics},
 	{"/livez", PEN_GET, pen_api_livez},
 	{"/readyz", PEN_GET, pen_api_readyz},
+	{"/openapi.json", PEN_GET, pen_api_openapi},
+	{"/scene.schema.json", PEN_GET, pen_api_scene_schema},
 	{"/", PEN_GET, pen_api_root},
 };
 

@@ -5,7 +5,6 @@ import collections
 import http.client
 import json
 import os
-import pathlib
 import re
 import select
 import signal
@@ -17,77 +16,17 @@ import time
 import farm
 import pytest
 import scene
+from http_server import JSON, Server, problem
 
 SCENE = scene.build(8, 8, 1, [scene.sphere()])
-JSON = {"Content-Type": "application/json"}
 FORMATS = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "exr": b"v/1\x01", "hdr": b"#?RADIANCE"}
 MIB = 1 << 20
-
-Answer = collections.namedtuple("Answer", "status headers body ms")
-
-
-class Server:
-    def __init__(self, encoder=None):
-        self.directory = tempfile.TemporaryDirectory(prefix="penumbra-test-")
-        program = pathlib.Path(farm.BIN).parent / "tests/http-server"
-        self.process = subprocess.Popen(
-            [program, encoder or farm.program("penumbra-encoder"), self.directory.name],
-            stdout=subprocess.PIPE, text=True)
-        self.port = int(self.process.stdout.readline())
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        assert self.process.wait(10) == 0
-        self.process.stdout.close()
-        self.directory.cleanup()
-
-    def ask(self, method, path, body=None, headers=(), connection=None):
-        own = connection or http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
-        start = time.monotonic()
-        own.request(method, path, body, dict(headers))
-        answer = own.getresponse()
-        data = answer.read()
-        elapsed = (time.monotonic() - start) * 1000
-        if not connection:
-            own.close()
-        return Answer(answer.status, answer.headers, data, elapsed)
-
-    def get(self, path, **headers):
-        return self.ask("GET", path, headers={k.replace("_", "-"): v for k, v in headers.items()})
-
-    def post(self, body, headers=JSON.items()):
-        return self.ask("POST", "/v1/renders", body if isinstance(body, (str, bytes)) else
-                        json.dumps(body), headers)
-
-    def raw(self, data, seconds=5):
-        """What comes back, until the server closes or is silent, for bytes as they are."""
-        with socket.create_connection(("127.0.0.1", self.port)) as link:
-            link.sendall(data)
-            got = b""
-            while select.select([link], [], [], seconds)[0]:
-                piece = link.recv(65536)
-                if not piece:
-                    break
-                got += piece
-            return got
 
 
 @pytest.fixture(scope="module")
 def server():
     with Server() as running:
         yield running
-
-
-def problem(answer, status):
-    """The problem of an answer, which must be one with this status."""
-    assert answer.status == status, answer.body
-    assert answer.headers["Content-Type"] == "application/problem+json"
-    body = json.loads(answer.body)
-    assert body["status"] == status and body["type"] and body["title"] and body["detail"]
-    return body
 
 
 # Submitting

@@ -22,6 +22,8 @@ import sys
 import tempfile
 import time
 
+import contract
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PEN_BIN", ROOT / "build/release/bin"))
 # An instrumented build is slower: PEN_SLOW=10 gives every deadline ten times as long.
@@ -228,9 +230,11 @@ class Farm:
         try:
             connection.request(method, path, body, headers or {})
             answer = connection.getresponse()
-            return Response(answer.status, answer.headers, answer.read())
+            data = answer.read()
         finally:
             connection.close()
+        contract.check(method, path, answer.status, answer.headers, data)
+        return Response(answer.status, answer.headers, data)
 
     def post(self, body):
         """POST of a scene or an envelope (a dict, or text as it is)."""
