@@ -59,6 +59,7 @@ struct pen_job {
 	uint64_t tiles_done;	 /* with all their rounds */
 	uint64_t samples_done;	 /* merged, over all pixels of all frames */
 	uint64_t samples_spared; /* that pixels will not need */
+	uint64_t samples_passed; /* of samples_done: of frames that are on the disk for good */
 	int64_t created_ms, started_ms, finished_ms;
 	double eta_seconds; /* < 0: unknown */
 	uint32_t restarts;

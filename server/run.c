@@ -415,6 +415,7 @@ static void pass_frames(struct pen_jobs *jobs, struct pen_run *run)
 
 	while (run->passed < run->job.frame_count &&
 		(frame = find_frame(run, first_open(run))) != NULL && frame->synced) {
+		run->job.samples_passed += frame->tiles.samples_done;
 		drop_frame(frame);
 		run->passed++;
 	}
@@ -484,9 +485,7 @@ static int open_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_ru
 	return r;
 }
 
-/*
- * What is merged is what the frames say that have passed, and what the others will turn out to be.
- * How many samples the former were spared is not known any more.
+/* What is merged is what the frames say that have passed, and what the others will turn out to be.
  */
 static void reset_counts(struct pen_run *run)
 {
@@ -496,8 +495,8 @@ static void reset_counts(struct pen_run *run)
 
 	job->tiles_done = (uint64_t)run->passed * job->tiling.count;
 	job->units_done = job->tiles_done * pen_round_count(&rounds);
-	job->samples_done = run->passed * area * job->sampling.samples;
-	job->samples_spared = 0;
+	job->samples_done = job->samples_passed;
+	job->samples_spared = run->passed * area * job->sampling.samples - job->samples_passed;
 }
 
 void pen_run_begin(struct pen_jobs *jobs, struct pen_run *run)
@@ -662,7 +661,8 @@ static void forget_pixels(struct pen_run *run)
 	free(job->equivalence_class);
 	job->equivalence_class = NULL;
 	job->content[0] = '\0';
-	job->units_done = job->samples_done = job->samples_spared = job->tiles_done = 0;
+	job->units_done = job->tiles_done = 0;
+	job->samples_done = job->samples_spared = job->samples_passed = 0;
 	job->state = PEN_JOB_QUEUED;
 	job->eta_seconds = -1;
 	job->revision++;

@@ -51,4 +51,10 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE jobs ADD COLUMN warnings TEXT;"
 	"PRAGMA user_version = 4;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN samples_passed INTEGER NOT NULL DEFAULT 0;"
+	"UPDATE jobs SET samples_passed ="
+	" frames_done * samples * (crop_x1 - crop_x0) * (crop_y1 - crop_y0);"
+	"PRAGMA user_version = 5;"
+	"COMMIT;",
 };

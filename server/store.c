@@ -28,10 +28,10 @@ static const char *const statement_texts[] = {
 	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
 	" restarts, error_code, error_text, image_revision, aovs, mode, threshold, error,"
 	" confidence, min_samples, frame_first, frame_count, frames_done, errors,"
-	" warnings)"
+	" warnings, samples_passed)"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
 	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34,"
-	" ?35, ?36, ?37, ?38, ?39)",
+	" ?35, ?36, ?37, ?38, ?39, ?40)",
 	"INSERT OR REPLACE INTO tiles (job, frame, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4, ?5)",
 	"DELETE FROM tiles WHERE job = ?1",
 	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
@@ -78,7 +78,8 @@ static const char load_jobs[] =
 	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
 	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
 	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples,"
-	" frame_first, frame_count, frames_done, errors, warnings FROM jobs ORDER BY number";
+	" frame_first, frame_count, frames_done, errors, warnings, samples_passed FROM jobs ORDER "
+	"BY number";
 static const char load_tiles[] = "SELECT frame, tile, rounds, xxh3 FROM tiles WHERE job = ?1";
 static const char load_removed[] = "SELECT id FROM removed";
 
@@ -234,6 +235,7 @@ static int put_job(struct pen_store *store, const struct pen_job *job, struct pe
 	bind_number(statement, 37, job->frames_done);
 	bind_text(statement, 38, job->errors);
 	bind_text(statement, 39, job->warnings);
+	bind_number(statement, 40, job->samples_passed);
 	return run(store, PUT_JOB, NULL, err);
 }
 
@@ -540,6 +542,7 @@ static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job)
 	job.frame_first = column_count(row, 34);
 	job.frame_count = column_count(row, 35);
 	job.frames_done = column_count(row, 36);
+	job.samples_passed = column_number(row, 39);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		sqlite3_column_bytes(row, 4) != sizeof job.scene_sha256 || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||

@@ -93,6 +93,19 @@ def test_paused_and_cancelled_stay_so(service):
     assert service.request("DELETE", f"/v1/renders/{paused}").status == 204
 
 
+def test_samples_of_frames_are_counted_once(service):
+    """Broken by a count that takes a frame's sampling for uniform once it is on the disk."""
+    body = small(200)
+    body["sampling"] = {"mode": "adaptive", "samples": 400, "error": 0.003}
+    body["frames"] = {"first": 1, "last": 12, "fps": 24}
+    undisturbed = service.wait(service.submit(body))["samples_done"]
+    assert undisturbed < 12 * 400 * 70 * 50
+    render = service.submit(body)
+    farm.wait_for(lambda: service.resource(render)["frames"]["done"] >= 3, 30, "three frames")
+    restart(service)
+    assert service.wait(render)["samples_done"] == undisturbed
+
+
 def test_removed_renders_stay_removed(service):
     """Broken by an id that is forgotten, or files that are not."""
     running, done = service.submit(long()), service.submit(small())
