@@ -23,6 +23,11 @@ def wider(mean, p99, largest=LIMITS["max"]):
     return {"mean": mean, "p99": p99, "max": largest}
 
 
+# Against glTF's model. Cycles weighs reflection and refraction of rough glass by Fresnel's term at the
+# surface's normal, Penumbra at each facet, as Walter and others 2007: at the rim Cycles' returns
+# more.
+MODEL_WIDER = {"transmission": wider(0.015, 0.14)}
+
 # Against Cycles' own model the limits are wider, for two differences in every rough dielectric.
 # Blender's specular layer takes nothing from the diffuse base below it, glTF's at least 4 %: that
 # much brighter is everything there. And its diffuse lobe is Burley's: at a roughness of 0.9 up to
@@ -42,10 +47,11 @@ WIDER = {
     "skin": wider(0.08, 0.24),
     "spots": wider(0.065, 0.36, 0.55),  # little but a floor of roughness 1 at slanting light
     "textures": wider(0.055, 0.18),  # and texels are interpolated as sRGB, not as light
+    "transmission": wider(0.09, 0.22),  # and the rough glass of MODEL_WIDER
 }
 
 NAMES = ["alpha", "clearcoat", "emissive", "environment", "instances", "lens", "many_lights",
-         "morph", "normal_map", "rigid_motion", "skin", "spots", "textures"]
+         "morph", "normal_map", "rigid_motion", "skin", "spots", "textures", "transmission"]
 
 
 def render(name, directory):
@@ -78,7 +84,8 @@ def compare_to(pixels, path, limits):
 def test_agrees_with_the_model_in_cycles(name, rendered):
     """Broken by whatever is read from the GLB otherwise than Blender meant it, or looks otherwise.
     """
-    compare_to(rendered(name), HERE / "models" / f"{name}.exr", LIMITS)
+    compare_to(rendered(name), HERE / "models" / f"{name}.exr",
+               {**LIMITS, **MODEL_WIDER.get(name, {})})
 
 
 @pytest.mark.parametrize("name", NAMES)
