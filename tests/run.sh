@@ -106,6 +106,7 @@ run_all() {
     ctest_suite stat 60 release stat
     pytest_suite integration 420 tests/integration
     pytest_suite stat-images 120 tests/stat
+    pytest_suite gltf 120 tests/gltf
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 60 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60

@@ -113,8 +113,7 @@ static void set_input(struct pen_gltf_reading *r, struct pen_material_desc *mate
 	const bool is_srgb = input == PEN_INPUT_COLOR || input == PEN_INPUT_EMISSION;
 	struct pen_input_desc *to = &material->inputs[input];
 
-	*to = (struct pen_input_desc){
-		.texture = PEN_NO_INDEX, .channel = channel, .uv = {{1, 0, 0}, {0, 1, 0}}};
+	to->channel = channel;
 	if (use->texture < 0)
 		return;
 	if (use->uv_set < 0 || use->uv_set > 1) {
@@ -190,17 +189,16 @@ static enum pen_alpha_mode alpha_mode_of(
 
 static uint32_t add_material(struct pen_gltf_reading *r, const struct pen_gltf_material *from)
 {
-	struct pen_material_desc to = {
-		.name = pen_gltf_text(r, from->name),
-		.type = PEN_MATERIAL_PRINCIPLED,
-		.is_one_sided = !from->is_double_sided,
-		.is_unlit = from->is_unlit,
-	};
+	struct pen_material_desc to = pen_blank_material;
 
 	if (from->base_color.count != 4 || from->emissive.count != 3) {
 		pen_gltf_refuse(r, "baseColorFactor has 4 numbers, and emissiveFactor 3");
 		return PEN_NO_INDEX;
 	}
+	to.name = pen_gltf_text(r, from->name);
+	to.type = PEN_MATERIAL_PRINCIPLED;
+	to.is_one_sided = !from->is_double_sided;
+	to.is_unlit = from->is_unlit;
 	set_numbers(r, from, &to);
 	to.alpha_mode = alpha_mode_of(r, from);
 	set_inputs(r, from, &to);
@@ -209,23 +207,13 @@ static uint32_t add_material(struct pen_gltf_reading *r, const struct pen_gltf_m
 
 static uint32_t add_default_material(struct pen_gltf_reading *r)
 {
-	struct pen_material_desc to = {
-		.name = "glTF's default material",
-		.type = PEN_MATERIAL_PRINCIPLED,
-		.color = {1.0, 1.0, 1.0},
-		.metallic = 1.0,
-		.roughness = 1.0,
-		.ior = 1.5,
-		.opacity = 1.0,
-		.alpha_cutoff = 0.5,
-		.normal_scale = 1.0,
-		.clearcoat_normal_scale = 1.0,
-		.is_one_sided = true,
-	};
-	static const struct pen_gltf_texture_use none = {.texture = -1};
+	struct pen_material_desc to = pen_blank_material;
 
-	for (int i = 0; i < PEN_INPUT_COUNT; i++)
-		set_input(r, &to, (enum pen_input)i, &none, 0);
+	to.name = "glTF's default material";
+	to.type = PEN_MATERIAL_PRINCIPLED;
+	to.color[0] = to.color[1] = to.color[2] = 1.0;
+	to.metallic = to.roughness = 1.0;
+	to.is_one_sided = true;
 	return pen_gltf_add(r, &r->materials, &to, sizeof to, PEN_MATERIALS_MAX);
 }
 
