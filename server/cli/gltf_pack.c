@@ -96,8 +96,10 @@ static int uri_path(struct packing *packing, const char *uri, struct pen_buf *ou
 	while (*uri) {
 		int high = *uri == '%' ? hex_value(uri[1]) : -1;
 		int low = high >= 0 ? hex_value(uri[2]) : -1;
-		char byte = low >= 0 ? (char)(high << 4 | low) : *uri;
+		char byte = *uri;
 
+		if (low >= 0)
+			byte = (char)(high << 4 | low);
 		(void)pen_buf_append(out, &byte, 1);
 		uri += low >= 0 ? 3 : 1;
 	}
