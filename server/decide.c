@@ -5,7 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_SAMPLES = 16, CHANNELS = 3 };
+enum {
+	BLOCK_SAMPLES = 16,
+	CHANNELS = 3,
+	LOOKS = 5 /* how often a pixel is looked at, about; they share the chance of being wrong */
+};
 
 /* A frame that is gone through row by row, with the two rows before at hand. */
 struct scan {
@@ -91,8 +95,7 @@ double pen_decide_least_share(uint32_t blocks, double confidence)
 {
 	double low = 0.0, high = blocks;
 
-	if (confidence <= 0.5)
-		return 1.0;
+	assert(confidence > 0.5);
 	if (blocks > 64) { /* Wilson and Hilferty 1931 */
 		const double variance = 1.0 / (9.0 * blocks);
 		const double root =
@@ -214,15 +217,16 @@ static float mean_around(const struct scan *scan, float *const rows[3], uint32_t
 	return sum / count;
 }
 
-static float largest_around(const struct scan *scan, float *const rows[3], uint32_t x)
+/* What a pixel's variance counts as: its own estimate, or half of the largest around it. */
+static float doubted(const struct scan *scan, float *const rows[3], uint32_t x)
 {
-	float largest = 0.0f;
+	float largest = 2.0f * rows[1][x];
 
 	for (uint32_t k = 0; k < 3; k++)
 		for (uint32_t i = x > 0 ? x - 1 : 0; rows[k] && i <= x + 1 && i < scan->width; i++)
 			if (rows[k][i] > largest)
 				largest = rows[k][i];
-	return largest;
+	return 0.5f * largest;
 }
 
 /* Three neighbouring rows of a ring around row y; NULL where the image has ended. */
@@ -261,7 +265,7 @@ static void decide_row(const struct scan *scan, uint32_t y, double limit)
 
 		if (*rounds < quota->decided || *rounds == PEN_QUOTA_ALL)
 			continue;
-		if ((double)largest_around(scan, rows, x) >= limit)
+		if ((double)doubted(scan, rows, x) >= limit)
 			*rounds = quota->decided + 1 < PEN_QUOTA_ALL ? (uint8_t)(*rounds + 1)
 								     : PEN_QUOTA_ALL;
 	}
@@ -275,7 +279,8 @@ static int decide_errors(struct scan *scan, struct pen_error *err)
 	const uint32_t blocks =
 		pen_round_samples(&framebuf->rounds, scan->quota->decided) / BLOCK_SAMPLES;
 	const double limit =
-		sigma * sigma * blocks * pen_decide_least_share(blocks, framebuf->confidence);
+		sigma * sigma * blocks *
+		pen_decide_least_share(blocks, 1.0 - (1.0 - framebuf->confidence) / LOOKS);
 	int r = 0;
 
 	for (uint32_t y = 0; r == 0 && y < scan->height + 2; y++) {

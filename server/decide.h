@@ -15,9 +15,11 @@
  *
  * Adaptive (Lee, Redner, Uselton 1985): a pixel stops when its estimated error, at the asked
  * confidence, is below the asked error in every channel. The variance of a block of sixteen samples
- * is averaged over 3x3 pixels, and the largest such mean of the 3x3 pixels around counts, so that a
- * pixel does not stop by the luck of its first samples where its neighbours know better. As in the
- * paper, the estimate is taken for as far below the truth as chi-squared allows at the confidence.
+ * is averaged over 3x3 pixels, and at least half of the largest such mean of the 3x3 pixels around
+ * counts, so that a pixel does not stop by the luck of its first samples where its neighbours know
+ * better. As in the paper, the estimate is taken for as far below the truth as chi-squared allows
+ * at the confidence; since a pixel is tested again and again, each test gets a fifth of the chance
+ * that is left.
  *
  * fd: the framebuffer. May block on disk: for the thread pool. PEN_EIO, PEN_ENOMEM.
  */
@@ -27,9 +29,9 @@ int pen_decide(struct pen_quota *quota, int fd, struct pen_error *err);
 double pen_decide_deviations(double confidence);
 
 /*
- * How much of the true variance an estimate from so many blocks shows at least, at this confidence:
- * the lower quantile of chi-squared over its degrees of freedom. A block counts for two, one of the
- * pixel's own and one of its neighbours, whose variances are not quite the same.
+ * How much of the true variance an estimate from so many blocks shows at least, at this confidence,
+ * over 1/2: the lower quantile of chi-squared over its degrees of freedom. A block counts for two,
+ * one of the pixel's own and one of its neighbours, whose variances are not quite the same.
  */
 double pen_decide_least_share(uint32_t blocks, double confidence);
 

@@ -49,14 +49,15 @@ def test_errors_are_as_probable_as_asked(service):
     assert (errors > ERROR).mean() > 0, "nothing was there to be estimated"
 
 
-@pytest.mark.parametrize("name, fewer", [("five_balls", 2.2), ("depth_of_field", 1.7)])
+@pytest.mark.parametrize("name, fewer", [("five_balls", 3.0), ("depth_of_field", 2.1)])
 def test_samples_go_where_they_count(service, name, fewer):
     """Broken by samples that are spent where an image is smooth already.
 
-    At a quarter of the size, where there are more edges to a pixel than in the whole image.
+    At a sixth of the size, where there are more edges to a pixel than in the whole image.
     """
-    subject = Subject(service, shrunk(name, 4), 8192)
+    subject = Subject(service, shrunk(name, 6), 8192)
     uniform = [subject.uniform(16 << i) for i in range(7)]
     found, better = compare(uniform, subject.adaptive(0.01, 1024))
+    print(f"{name}: 1/{found:.2f} of the samples, RMSE 1/{better:.2f}")
     assert found >= fewer
     assert better >= 1
