@@ -3,6 +3,7 @@
 
 #include "server/api_asset.h"
 #include "server/api_document.h"
+#include "server/api_events.h"
 #include "server/api_farm.h"
 #include "server/api_image.h"
 #include "server/api_render.h"
@@ -24,6 +25,7 @@ static const struct route {
 	{"/v1/renders/{id}", PEN_GET, pen_api_render_get},
 	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch},
 	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete},
+	{"/v1/renders/{id}/events", PEN_GET, pen_api_events},
 	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get},

@@ -10,12 +10,16 @@
 #include <stdbool.h>
 #include <uv.h>
 
+struct pen_watches;
+
 /* What version 1 of the HTTP interface offers: paths and methods to their handlers. */
 struct pen_api {
 	uv_loop_t *loop;
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
+	struct pen_watches *watches;
+	unsigned streams;	/* of events, that have clients */
 	const char *assets_dir; /* see server/asset_file.h */
 	bool draining;		/* no new renders */
 	uint64_t boot;		/* differs from start to start: revisions begin anew with each */

@@ -262,7 +262,7 @@ void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_param
 		!choose_layer(exchange, encoding.layers, &encoding.layer) ||
 		!choose_exposure(exchange, encoding.layer, &encoding.exposure))
 		return;
-	if (pen_api_render_over(job) && job->image_revision == 0) {
+	if (pen_job_is_over(job->state) && job->image_revision == 0) {
 		pen_exchange_problem(
 			exchange, 409, "this render ended before any of it was rendered");
 		return;

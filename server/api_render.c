@@ -5,19 +5,11 @@
 #include "server/fields.h"
 #include "server/report.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 enum { PAGE_DEFAULT = 50 };
-
-bool pen_api_render_over(const struct pen_job *job)
-{
-	return job->state == PEN_JOB_DONE || job->state == PEN_JOB_FAILED ||
-	       job->state == PEN_JOB_CANCELLED;
-}
 
 double pen_api_render_progress(const struct pen_job *job)
 {
@@ -58,6 +50,7 @@ static json_t *links_json(const struct pen_job *job)
 	}
 	set(links, "images", images);
 	set(links, "frames", json_sprintf("/v1/renders/%s/frames/{number}", job->id));
+	set(links, "events", json_sprintf("/v1/renders/%s/events", job->id));
 	return links;
 }
 
@@ -136,7 +129,7 @@ static void answer_render(
 		pen_answer_json(&answer, 200, pen_api_render_json(job));
 	pen_answer_field(&answer, "ETag", "%s", etag);
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
-	if (!pen_api_render_over(job))
+	if (!pen_job_is_over(job->state))
 		pen_answer_field(&answer, "Retry-After", "1");
 	pen_exchange_answer(exchange, &answer);
 }
@@ -258,21 +251,6 @@ struct page {
 	uint64_t before; /* job numbers */
 };
 
-static bool number_of(const char *text, uint64_t max, uint64_t *ret_number)
-{
-	char *end;
-	unsigned long long number;
-
-	if (!isdigit((unsigned char)text[0]))
-		return false;
-	errno = 0;
-	number = strtoull(text, &end, 10);
-	if (errno != 0 || *end != '\0' || number > max)
-		return false;
-	*ret_number = number;
-	return true;
-}
-
 /* Takes what the query says into page, which holds the defaults. */
 static int read_page(const struct pen_exchange *exchange, struct page *page, struct pen_error *err)
 {
@@ -284,10 +262,11 @@ static int read_page(const struct pen_exchange *exchange, struct page *page, str
 	if (state && !pen_job_state_parse(state, &page->state))
 		return pen_error_set(err, PEN_EINVALID,
 			"state must be queued, running, paused, done, failed or cancelled");
-	if (limit && (!number_of(limit, PEN_LIST_PAGE_MAX, &page->limit) || page->limit == 0))
+	if (limit &&
+		(!pen_field_number(limit, PEN_LIST_PAGE_MAX, &page->limit) || page->limit == 0))
 		return pen_error_set(err, PEN_EINVALID, "limit must be an integer from 1 to %u",
 			PEN_LIST_PAGE_MAX);
-	if (cursor && !number_of(cursor, UINT64_MAX, &page->before))
+	if (cursor && !pen_field_number(cursor, UINT64_MAX, &page->before))
 		return pen_error_set(
 			err, PEN_EINVALID, "cursor must be the next of an earlier list");
 	return 0;

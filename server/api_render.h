@@ -7,9 +7,6 @@
 /* The render resource as the contract names its fields. */
 json_t *pen_api_render_json(const struct pen_job *job);
 
-/* Whether nothing about it changes any more. */
-bool pen_api_render_over(const struct pen_job *job);
-
 /* 0 to 1: the part of its samples that is merged. */
 double pen_api_render_progress(const struct pen_job *job);
 

@@ -4,6 +4,7 @@
 
 #include "core/base/buf.h"
 #include "server/answer.h"
+#include "server/stream.h"
 
 struct pen_api;
 struct pen_asset_upload;
@@ -35,6 +36,13 @@ void pen_exchange_each_query(const struct pen_exchange *exchange,
 
 /* Sends the answer, whose body passes to it; the exchange must not be used any more. */
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer);
+
+/*
+ * Sends the answer, which has no body, with that of a stream; only before the handler returns. The
+ * source is finished in any case.
+ */
+void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer *answer,
+	const struct pen_stream_source *source);
 
 /* Answers with a problem. */
 void pen_exchange_problem(struct pen_exchange *exchange, unsigned status, const char *detail);

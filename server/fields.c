@@ -2,6 +2,7 @@
 #include "server/fields.h"
 
 #include <ctype.h>
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -146,6 +147,21 @@ enum pen_range_result pen_field_range(
 	*ret_first = first;
 	*ret_count = (last < size ? last + 1 : size) - first;
 	return PEN_RANGE_PART;
+}
+
+bool pen_field_number(const char *text, uint64_t max, uint64_t *ret_number)
+{
+	char *end;
+	unsigned long long number;
+
+	if (!isdigit((unsigned char)text[0]))
+		return false;
+	errno = 0;
+	number = strtoull(text, &end, 10);
+	if (errno != 0 || *end != '\0' || number > max)
+		return false;
+	*ret_number = number;
+	return true;
 }
 
 bool pen_field_host_is_local(const char *host)

@@ -29,6 +29,9 @@ enum pen_range_result { PEN_RANGE_WHOLE, PEN_RANGE_PART, PEN_RANGE_UNSATISFIABLE
 enum pen_range_result pen_field_range(
 	const char *range, uint64_t size, uint64_t *ret_first, uint64_t *ret_count);
 
+/* Digits and nothing else, at most max. */
+bool pen_field_number(const char *text, uint64_t max, uint64_t *ret_number);
+
 /* Whether a Host field names this machine itself: 127.0.0.1, localhost or [::1], and any port. */
 bool pen_field_host_is_local(const char *host);
 

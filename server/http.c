@@ -7,6 +7,7 @@
 #include "server/asset_file.h"
 #include "server/drain.h"
 #include "server/exchange.h"
+#include "server/watch.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -152,6 +153,13 @@ static struct MHD_Response *response_of(struct pen_answer *answer)
 
 static void timer_due(uv_timer_t *timer);
 
+static void look_again(void *user)
+{
+	struct pen_http *http = user;
+
+	(void)uv_timer_start(&http->timer, timer_due, 0, 0);
+}
+
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
 {
 	struct request *request = request_of(exchange);
@@ -167,7 +175,20 @@ void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answe
 		return;
 	request->suspended = false;
 	MHD_resume_connection(request->connection);
-	(void)uv_timer_start(&request->http->timer, timer_due, 0, 0);
+	look_again(request->http);
+}
+
+void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer *answer,
+	const struct pen_stream_source *source)
+{
+	struct request *request = request_of(exchange);
+
+	assert(request_awaited(request) && !request->suspended);
+	request->response =
+		pen_stream_response(source, request->connection, look_again, request->http);
+	request->status = answer->status;
+	if (request->response)
+		add_fields(request->response, answer);
 }
 
 void pen_exchange_problem(struct pen_exchange *exchange, unsigned status, const char *detail)
@@ -501,7 +522,9 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	(void)uv_timer_init(loop, &http->timer);
 	http->timer.data = http;
 	http->handles++;
-	r = start_daemon(http, options, err);
+	r = pen_watches_create(loop, options->jobs, &http->api.watches, err);
+	if (r == 0)
+		r = start_daemon(http, options, err);
 	if (r == 0)
 		r = watch_daemon(http, loop, err);
 	if (r < 0) {
@@ -552,6 +575,7 @@ void pen_http_destroy(struct pen_http *http)
 		return;
 	pen_drains_finish(&http->drains);
 	let_go_of_requests(http);
+	pen_watches_destroy(http->api.watches);
 	if (http->handles > 1)
 		uv_close((uv_handle_t *)&http->poll, handle_closed);
 	if (http->daemon)

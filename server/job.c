@@ -305,6 +305,14 @@ uint32_t pen_jobs_frames_running(
 	return count;
 }
 
+size_t pen_jobs_tiles_since(const struct pen_job *job, uint32_t frame, uint64_t revision,
+	struct pen_rect *ret_rects, size_t max)
+{
+	const struct pen_tiles *tiles = find_tiles(job, frame);
+
+	return tiles ? pen_tiles_since(tiles, &job->tiling, revision, ret_rects, max) : 0;
+}
+
 int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame,
 	int *ret_fd, struct pen_error *err)
 {

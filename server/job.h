@@ -35,6 +35,12 @@ enum pen_job_state {
 const char *pen_job_state_name(enum pen_job_state state);
 bool pen_job_state_parse(const char *name, enum pen_job_state *ret_state);
 
+/* Done, failed or cancelled. */
+static inline bool pen_job_is_over(enum pen_job_state state)
+{
+	return state >= PEN_JOB_DONE;
+}
+
 enum { PEN_JOB_ID_TEXT = 27 }; /* 128 random bits as 26 lower-case base32 digits, and a NUL */
 
 /* What the API reads; only job.c writes. Wall times are ms since 1970, 0 = not yet. */
@@ -103,6 +109,13 @@ uint32_t pen_jobs_frame_latest(const struct pen_job *job);
 enum { PEN_JOB_FRAMES_MAX = 16 };
 uint32_t pen_jobs_frames_running(
 	const struct pen_job *job, struct pen_job_frame ret_frames[static PEN_JOB_FRAMES_MAX]);
+
+/*
+ * The tiles of an unfinished frame of which anything was merged since the job had that revision; at
+ * most max of them. When they are more, or nobody knows, all of the crop is the one rectangle.
+ */
+size_t pen_jobs_tiles_since(const struct pen_job *job, uint32_t frame, uint64_t revision,
+	struct pen_rect *ret_rects, size_t max);
 
 struct pen_submission {
 	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */

@@ -78,12 +78,6 @@ struct pen_change *pen_change_create(
 /* Tells the one who asked for it, and whether the store can still be trusted; frees it. */
 void pen_change_finish(struct pen_change *change, struct pen_job *job, const struct pen_error *err);
 
-/* Done, failed or cancelled. */
-static inline bool pen_job_is_over(enum pen_job_state state)
-{
-	return state >= PEN_JOB_DONE;
-}
-
 /* NULL when there is none. */
 struct pen_run *pen_run_find(const struct pen_jobs *jobs, uint64_t number);
 

@@ -26,8 +26,9 @@ int pen_tiles_init(
 		.frame = frame,
 		.states = calloc(job->tiling.count, sizeof *tiles->states),
 		.demands = calloc(job->tiling.count, sizeof *tiles->demands),
+		.revisions = calloc(job->tiling.count, sizeof *tiles->revisions),
 	};
-	if (!tiles->states || !tiles->demands) {
+	if (!tiles->states || !tiles->demands || !tiles->revisions) {
 		pen_tiles_finish(tiles);
 		return pen_error_memory(err);
 	}
@@ -39,6 +40,7 @@ void pen_tiles_finish(struct pen_tiles *tiles)
 {
 	free(tiles->states);
 	free(tiles->demands);
+	free(tiles->revisions);
 	*tiles = (struct pen_tiles){0};
 }
 
@@ -55,16 +57,17 @@ void pen_tiles_load(
 	set_first_demands(tiles, job);
 	tiles->done = 0;
 	tiles->units_done = tiles->samples_done = 0;
+	job->revision++;
 	for (uint32_t i = 0; i < job->tiling.count; i++) {
 		tiles->units_done += states[i].rounds;
 		tiles->samples_done += states[i].samples;
 		tiles->done += is_done(tiles, i);
+		tiles->revisions[i] = states[i].rounds > 0 ? job->revision : 0;
 	}
 	tiles->revision = job->image_revision;
 	job->units_done += tiles->units_done;
 	job->samples_done += tiles->samples_done;
 	job->tiles_done += tiles->done;
-	job->revision++;
 }
 
 bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t tile,
@@ -82,7 +85,7 @@ bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t til
 	job->units_done++;
 	job->samples_done += state->samples - before;
 	job->tiles_done += ends;
-	job->revision++;
+	tiles->revisions[tile] = ++job->revision;
 	return tiles->done == job->tiling.count;
 }
 
@@ -103,6 +106,23 @@ bool pen_tiles_decided(
 	job->samples_spared += samples - tiles->samples;
 	job->revision++;
 	return tiles->done == job->tiling.count;
+}
+
+size_t pen_tiles_since(const struct pen_tiles *tiles, const struct pen_tiling *tiling,
+	uint64_t revision, struct pen_rect *ret_rects, size_t max)
+{
+	size_t count = 0;
+
+	for (uint32_t i = 0; i < tiling->count; i++) {
+		if (tiles->revisions[i] <= revision)
+			continue;
+		if (count == max) {
+			ret_rects[0] = tiling->crop;
+			return 1;
+		}
+		ret_rects[count++] = pen_tiling_rect(tiling, i);
+	}
+	return count;
 }
 
 bool pen_tile_news_add(struct pen_tile_news *news, const struct pen_tiles *tiles, uint32_t tile)

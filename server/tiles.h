@@ -17,7 +17,8 @@ struct pen_tiles {
 	uint32_t frame;			/* 0: of none */
 	struct pen_canvas_tile *states; /* as many as the job's tiling */
 	struct pen_demand *demands;	/* likewise */
-	uint32_t done;			/* with all that they shall have */
+	uint64_t *revisions; /* likewise: of the job, when each was merged last; 0: never */
+	uint32_t done;	     /* with all that they shall have */
 	uint64_t units_done, samples_done;
 	uint64_t samples;  /* of all its pixels, at most */
 	uint64_t revision; /* image_revision of the job at the last merge */
@@ -43,6 +44,10 @@ bool pen_tiles_merged(struct pen_tiles *tiles, struct pen_job *job, uint32_t til
  */
 bool pen_tiles_decided(
 	struct pen_tiles *tiles, struct pen_job *job, const struct pen_canvas *canvas);
+
+/* See pen_jobs_tiles_since. */
+size_t pen_tiles_since(const struct pen_tiles *tiles, const struct pen_tiling *tiling,
+	uint64_t revision, struct pen_rect *ret_rects, size_t max);
 
 /* What of a job's tiles the store has not been told yet. */
 struct pen_tile_news {

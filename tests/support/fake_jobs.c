@@ -11,11 +11,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { WIDTH = 40, HEIGHT = 24, TILE_PX = 16, JOBS_MAX = 256 };
+enum { WIDTH = 40, HEIGHT = 24, TILE_PX = 16, TILES = 6, JOBS_MAX = 256 };
 
 struct fake {
 	struct pen_job job;
 	uint32_t tiles; /* rendered: the first so many */
+	uint64_t revisions[TILES];
 };
 
 struct pen_jobs {
@@ -45,12 +46,16 @@ bool pen_job_state_parse(const char *name, enum pen_job_state *ret_state)
 
 static void set_tiles(struct fake *fake, uint32_t tiles)
 {
+	assert(tiles <= TILES && fake->job.tiling.count == TILES);
 	fake->tiles = tiles;
 	fake->job.tiles_done = tiles;
 	fake->job.samples_done = (uint64_t)WIDTH * HEIGHT * fake->job.sampling.samples * tiles /
 				 fake->job.tiling.count;
 	fake->job.image_revision = tiles;
 	fake->job.revision++;
+	for (uint32_t i = 0; i < tiles; i++)
+		if (fake->revisions[i] == 0)
+			fake->revisions[i] = fake->job.revision;
 }
 
 static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_state state)
@@ -70,6 +75,7 @@ static struct fake *add(struct pen_jobs *jobs, const char *id, enum pen_job_stat
 	job->sampling.samples = 4;
 	job->created_ms = 1700000000000;
 	job->eta_seconds = -1;
+	job->revision = 1;
 	jobs->fakes[jobs->count++] = fake;
 	if (state == PEN_JOB_DONE)
 		set_tiles(fake, job->tiling.count);
@@ -249,8 +255,23 @@ uint32_t pen_jobs_frame_latest(const struct pen_job *job)
 uint32_t pen_jobs_frames_running(
 	const struct pen_job *job, struct pen_job_frame ret_frames[static PEN_JOB_FRAMES_MAX])
 {
-	(void)job, (void)ret_frames;
-	return 0;
+	if (pen_job_is_over(job->state) || job->image_revision == 0)
+		return 0;
+	ret_frames[0] = pen_jobs_frame(job, 1);
+	return 1;
+}
+
+size_t pen_jobs_tiles_since(const struct pen_job *job, uint32_t frame, uint64_t revision,
+	struct pen_rect *ret_rects, size_t max)
+{
+	const struct fake *fake = (const struct fake *)job;
+	size_t count = 0;
+
+	(void)frame;
+	for (uint32_t i = 0; i < fake->tiles && count < max; i++)
+		if (fake->revisions[i] > revision)
+			ret_rects[count++] = pen_tiling_rect(&job->tiling, i);
+	return count;
 }
 
 int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame,
