@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flat shapes seen along -Z by a camera of parallel rays, measured in the units of the asset."""
+import pathlib
+import tempfile
+
+import image
 import numpy as np
 
 HALF = 2.0  # of what the view shows, along each axis
@@ -47,3 +51,20 @@ def close(found, expected, tolerance=0.004):
     """Whether area and centre are those expected, to a sixteenth of a pixel."""
     (area, center), (wanted, place) = found, expected
     return abs(area - wanted) <= 0.01 * wanted and np.abs(center - place).max() <= tolerance
+
+
+def png(texels):
+    """The bytes of a PNG of height x width x 3 bytes."""
+    with tempfile.TemporaryDirectory() as directory:
+        path = pathlib.Path(directory) / "texels.png"
+        image.write_file(path, np.asarray(texels) / 255, "uint8")
+        return path.read_bytes()
+
+
+def texture(asset, texels, **sampler):
+    """Adds a picture within the file, and its use."""
+    source = asset.add("images", {"mimeType": "image/png", "bufferView": asset.view(png(texels))})
+    use = {"source": source}
+    if sampler:
+        use["sampler"] = asset.add("samplers", sampler)
+    return asset.add("textures", use)
