@@ -105,8 +105,10 @@ run_all() {
     ctest_suite unit-asan 120 asan 'unit|integration'
     ctest_suite stat 60 release stat
     pytest_suite integration 420 tests/integration
-    pytest_suite stat-images 120 tests/stat
+    pytest_suite stat-images 180 tests/stat
     pytest_suite gltf 120 tests/gltf
+    PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite pictures-asan 180 \
+        tests/integration/test_hostile_pictures.py
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 60 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60

@@ -8,16 +8,51 @@ extern "C" {
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <exception>
 #include <memory>
 #include <new>
+
+namespace
+{
+
+/* OpenImageIO's own reads before its first byte and beyond the last where a file tells it to. */
+class memory_file final : public OIIO::Filesystem::IOMemReader
+{
+      public:
+	using IOMemReader::IOMemReader;
+
+	bool seek(int64_t offset) override
+	{
+		return offset >= 0 && IOMemReader::seek(offset);
+	}
+
+	size_t read(void *to, size_t count) override
+	{
+		const size_t done = pread(to, count, m_pos);
+
+		m_pos += static_cast<int64_t>(done);
+		return done;
+	}
+
+	size_t pread(void *to, size_t count, int64_t offset) override
+	{
+		const auto from = static_cast<size_t>(offset);
+
+		if (offset < 0 || from >= size())
+			return 0;
+		return IOMemReader::pread(to, std::min(count, size() - from), offset);
+	}
+};
+
+} // namespace
 
 struct pen_oiio_reader {
 	pen_oiio_reader(const void *bytes, size_t size) : file(bytes, size)
 	{
 	}
 
-	OIIO::Filesystem::IOMemReader file;
+	memory_file file;
 	std::unique_ptr<OIIO::ImageInput> input; /* uses file: goes before it */
 	struct pen_oiio_header header = {};
 };

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/image/picture.h"
 
+#include "core/image/essence.h"
 #include "core/image/oiio_reader.h"
 #include "core/image/probe.h"
 
@@ -65,25 +66,37 @@ static int read_pixels(struct pen_oiio_reader *reader, const struct pen_oiio_hea
 	return 0;
 }
 
-int pen_picture_decode(
-	const void *bytes, size_t size, struct pen_picture *ret_picture, struct pen_error *err)
+static int decode(const struct pen_probe *probe, const void *bytes, size_t size,
+	struct pen_picture *ret_picture, struct pen_error *err)
 {
 	static const char *const names[PEN_IMAGE_FORMATS] = {"png", "jpeg", "openexr", "hdr"};
 	struct pen_oiio_reader *reader = NULL;
 	struct pen_oiio_header header = {0};
-	struct pen_probe probe;
-	int r = pen_probe(bytes, size, &probe, err);
+	int r = pen_oiio_reader_create(names[probe->format], bytes, size, &reader, &header, err);
 
-	if (r == 0)
-		r = pen_oiio_reader_create(names[probe.format], bytes, size, &reader, &header, err);
-	if (r == 0 && (header.width != probe.width || header.height != probe.height))
+	if (r == 0 && (header.width != probe->width || header.height != probe->height))
 		r = pen_error_set(err, PEN_EINVALID, "its header contradicts itself");
 	if (r == 0)
 		r = read_pixels(reader, &header, ret_picture, err);
+	pen_oiio_reader_destroy(reader);
+	return r;
+}
+
+int pen_picture_decode(
+	const void *bytes, size_t size, struct pen_picture *ret_picture, struct pen_error *err)
+{
+	struct pen_probe probe;
+	void *copy = NULL;
+	int r = pen_probe(bytes, size, &probe, err);
+
+	if (r == 0)
+		r = pen_essence(probe.format, bytes, size, &bytes, &size, &copy, err);
+	if (r == 0)
+		r = decode(&probe, bytes, size, ret_picture, err);
 	if (r == 0)
 		ret_picture->is_encoded =
 			probe.format == PEN_IMAGE_PNG || probe.format == PEN_IMAGE_JPEG;
-	pen_oiio_reader_destroy(reader);
+	free(copy);
 	return r;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/limits.h"
 #include "core/image/codec.h"
+#include "core/image/essence.h"
 #include "core/image/mipmap.h"
 #include "core/image/picture.h"
 #include "core/image/probe.h"
@@ -326,6 +327,66 @@ static void damaged_files_do_no_harm(void **state)
 	assert_true(usage.ru_maxrss < 3 << 20);
 }
 
+/* Puts bytes into a file. */
+static void insert(struct file *file, size_t at, const char *bytes, size_t size)
+{
+	assert_true(file->size + size <= FILE_MAX);
+	memmove(file->bytes + at + size, file->bytes + at, file->size - at);
+	memcpy(file->bytes + at, bytes, size);
+	file->size += size;
+}
+
+static void take_essence(enum pen_image_format format, const struct file *file, struct file *ret)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	const void *bytes;
+	void *copy = NULL;
+
+	assert_int_equal(
+		pen_essence(format, file->bytes, file->size, &bytes, &ret->size, &copy, &err), 0);
+	memcpy(ret->bytes, bytes, ret->size);
+	free(copy);
+}
+
+/*
+ * Broken by what a library reads of a file without need: Exif that leads it in circles, IPTC whose
+ * length is a lie, texts that inflate without end. What is cut off stays, and is found out later.
+ */
+static void only_pixels_reach_the_library(void **state)
+{
+	static const char text[] = "\0\0\0\4eXIfabcd\1\2\3\4", critical[] = "\0\0\0\0ABCD\1\2\3\4";
+	static const char iptc[] = "\xff\xed\0\6abcd\xff\xfe\0\2", adobe[] = "\xff\xee\0\3a";
+	static struct file whole, more, plain, found;
+
+	(void)state;
+	encode(PEN_IMAGE_PNG, &whole);
+	take_essence(PEN_IMAGE_PNG, &whole, &plain);
+	more = whole;
+	insert(&more, 33, text, sizeof text - 1);
+	take_essence(PEN_IMAGE_PNG, &more, &found);
+	assert_int_equal(found.size, plain.size);
+	assert_memory_equal(found.bytes, plain.bytes, plain.size);
+	insert(&more, 33, critical, sizeof critical - 1);
+	more.size -= 3;
+	take_essence(PEN_IMAGE_PNG, &more, &found);
+	assert_int_equal(found.size, plain.size + sizeof critical - 1 - 3);
+
+	encode(PEN_IMAGE_JPEG, &whole);
+	take_essence(PEN_IMAGE_JPEG, &whole, &plain);
+	more = whole;
+	insert(&more, 2, iptc, sizeof iptc - 1);
+	take_essence(PEN_IMAGE_JPEG, &more, &found);
+	assert_int_equal(found.size, plain.size);
+	assert_memory_equal(found.bytes, plain.bytes, plain.size);
+	insert(&more, 2, adobe, sizeof adobe - 1);
+	take_essence(PEN_IMAGE_JPEG, &more, &found);
+	assert_int_equal(found.size, plain.size + sizeof adobe - 1);
+
+	encode(PEN_IMAGE_EXR, &whole);
+	take_essence(PEN_IMAGE_EXR, &whole, &found);
+	assert_int_equal(found.size, whole.size);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -337,6 +398,7 @@ int main(void)
 		cmocka_unit_test(huge_headers_are_refused),
 		cmocka_unit_test(scans_have_a_limit),
 		cmocka_unit_test(damaged_files_do_no_harm),
+		cmocka_unit_test(only_pixels_reach_the_library),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
