@@ -2,6 +2,7 @@
 #include "server/api_render.h"
 
 #include "core/base/clock.h"
+#include "server/api_wait.h"
 #include "server/fields.h"
 #include "server/report.h"
 
@@ -9,7 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { PAGE_DEFAULT = 50 };
+enum { PAGE_DEFAULT = 50, ETAG_TEXT = 64 };
 
 double pen_api_render_progress(const struct pen_job *job)
 {
@@ -114,16 +115,27 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	return tree;
 }
 
+static bool client_has(const struct pen_exchange *exchange, const char *etag)
+{
+	return exchange->method != PEN_PATCH &&
+	       pen_field_etag_matches(pen_exchange_field(exchange, "If-None-Match"), etag);
+}
+
+static void format_etag(const struct pen_exchange *exchange, const struct pen_job *job,
+	char ret_etag[static ETAG_TEXT])
+{
+	(void)snprintf(ret_etag, ETAG_TEXT, "W/\"%" PRIx64 "-%" PRIu64 "\"", exchange->api->boot,
+		job->revision);
+}
+
 /* 200 with the resource, or 304 without it. */
-static void answer_render(
-	struct pen_exchange *exchange, const struct pen_job *job, const char *if_none_match)
+static void answer_render(struct pen_exchange *exchange, const struct pen_job *job)
 {
 	struct pen_answer answer;
-	char etag[64];
+	char etag[ETAG_TEXT];
 
-	(void)snprintf(etag, sizeof etag, "W/\"%" PRIx64 "-%" PRIu64 "\"", exchange->api->boot,
-		job->revision);
-	if (pen_field_etag_matches(if_none_match, etag))
+	format_etag(exchange, job, etag);
+	if (client_has(exchange, etag))
 		pen_answer_init(&answer, 304);
 	else
 		pen_answer_json(&answer, 200, pen_api_render_json(job));
@@ -131,15 +143,23 @@ static void answer_render(
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
 	if (!pen_job_is_over(job->state))
 		pen_answer_field(&answer, "Retry-After", "1");
+	pen_api_add_preference(&answer, exchange);
 	pen_exchange_answer(exchange, &answer);
 }
 
 void pen_api_render_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const bool conditional = pen_exchange_field(exchange, "If-None-Match") != NULL;
+	char etag[ETAG_TEXT];
 
-	if (job)
-		answer_render(exchange, job, pen_exchange_field(exchange, "If-None-Match"));
+	if (!job)
+		return;
+	format_etag(exchange, job, etag);
+	if (conditional && !client_has(exchange, etag))
+		answer_render(exchange, job); /* there has been a change */
+	else if (!pen_api_hold(exchange, job, false, answer_render))
+		answer_render(exchange, job);
 }
 
 static void job_changed(void *user, struct pen_job *job, const struct pen_error *err)
@@ -147,7 +167,7 @@ static void job_changed(void *user, struct pen_job *job, const struct pen_error 
 	struct pen_exchange *exchange = user;
 
 	if (job && exchange->api)
-		answer_render(exchange, job, NULL);
+		answer_render(exchange, job);
 	else
 		pen_exchange_error(exchange, err);
 }

@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "server/api_render.h"
+#include "server/api_wait.h"
 #include "server/asset_file.h"
 #include "server/fields.h"
 #include "server/glb_request.h"
@@ -25,19 +26,28 @@ struct submit {
 	struct pen_error err;
 };
 
+/* 200 when it is over, else 202. */
+static void answer_accepted(struct pen_exchange *exchange, const struct pen_job *job)
+{
+	const bool is_over = pen_job_is_over(job->state);
+	struct pen_answer answer;
+
+	pen_answer_json(&answer, is_over ? 200 : 202, pen_api_render_json(job));
+	pen_answer_field(&answer, "Location", "/v1/renders/%s", job->id);
+	if (!is_over)
+		pen_answer_field(&answer, "Retry-After", "1");
+	pen_api_add_preference(&answer, exchange);
+	pen_exchange_answer(exchange, &answer);
+}
+
 static void accepted(void *user, struct pen_job *job, const struct pen_error *err)
 {
 	struct pen_exchange *exchange = user;
-	struct pen_answer answer;
 
-	if (!job) {
+	if (!job)
 		pen_exchange_error(exchange, err);
-		return;
-	}
-	pen_answer_json(&answer, 202, pen_api_render_json(job));
-	pen_answer_field(&answer, "Location", "/v1/renders/%s", job->id);
-	pen_answer_field(&answer, "Retry-After", "1");
-	pen_exchange_answer(exchange, &answer);
+	else if (!pen_api_hold(exchange, job, true, answer_accepted))
+		answer_accepted(exchange, job);
 }
 
 static void refuse(struct submit *submit)

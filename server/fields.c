@@ -164,6 +164,51 @@ bool pen_field_number(const char *text, uint64_t max, uint64_t *ret_number)
 	return true;
 }
 
+/* The first of the elements between commas and semicolons that is name, or name = …; else NULL. */
+static const char *find_element(const char *field, const char *name, char after)
+{
+	const size_t length = strlen(name);
+
+	for (const char *at = field; at && *at; at += strcspn(at, ",;")) {
+		const char *end;
+
+		at += strspn(at, " \t,;");
+		end = at + length;
+		if (strncasecmp(at, name, length) != 0)
+			continue;
+		end = skip_blanks(end);
+		if (*end == after || (after == '\0' && (*end == ',' || *end == ';')))
+			return end;
+	}
+	return NULL;
+}
+
+uint32_t pen_field_wait(const char *prefer)
+{
+	const char *at = find_element(prefer, "wait", '=');
+	uint64_t seconds;
+	bool quoted;
+
+	if (!at)
+		return 0;
+	at = skip_blanks(at + 1);
+	quoted = *at == '"';
+	at += quoted;
+	if (!take_number(&at, &seconds))
+		return 0;
+	if (quoted && *at++ != '"')
+		return 0;
+	at = skip_blanks(at);
+	if (*at != '\0' && *at != ',' && *at != ';')
+		return 0;
+	return seconds < UINT32_MAX ? (uint32_t)seconds : UINT32_MAX;
+}
+
+bool pen_field_has_directive(const char *cache_control, const char *directive)
+{
+	return find_element(cache_control, directive, '\0') != NULL;
+}
+
 bool pen_field_host_is_local(const char *host)
 {
 	static const char *const names[] = {"127.0.0.1", "localhost", "[::1]"};

@@ -32,6 +32,14 @@ enum pen_range_result pen_field_range(
 /* Digits and nothing else, at most max. */
 bool pen_field_number(const char *text, uint64_t max, uint64_t *ret_number);
 
+/* The seconds of "wait" in a Prefer field (RFC 7240); 0 when it has none, or none that is a number.
+ */
+uint32_t pen_field_wait(const char *prefer);
+
+/* Whether a Cache-Control field has this directive, whatever its case; one with a value is another.
+ */
+bool pen_field_has_directive(const char *cache_control, const char *directive);
+
 /* Whether a Host field names this machine itself: 127.0.0.1, localhost or [::1], and any port. */
 bool pen_field_host_is_local(const char *host);
 

@@ -114,7 +114,8 @@
 #define PEN_HTTP_IDLE_S		 15u
 #define PEN_HTTP_DRAIN_MAX	 (1ull << 30) /* bytes read past an early answer */
 #define PEN_HTTP_DRAIN_MS	 30000
-#define PEN_WATCHES_MAX		 2048u	      /* clients that wait for a render to change */
+#define PEN_WATCHES_MAX		 2048u /* clients that wait for a render to change */
+#define PEN_WAIT_S_MAX		 30u
 #define PEN_STREAMS_MAX		 1024u	      /* of events */
 #define PEN_STREAM_TEXT_MAX	 (256u << 10) /* of one, that its client has not taken */
 #define PEN_EVENT_TILES_MAX	 512u

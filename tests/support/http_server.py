@@ -37,8 +37,8 @@ class Server:
         self.process.stdout.close()
         self.directory.cleanup()
 
-    def ask(self, method, path, body=None, headers=(), connection=None):
-        own = connection or http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+    def ask(self, method, path, body=None, headers=(), connection=None, timeout=20):
+        own = connection or http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
         start = time.monotonic()
         own.request(method, path, body, dict(headers))
         answer = own.getresponse()

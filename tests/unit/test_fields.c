@@ -38,6 +38,56 @@ static void test_media_types(void **state)
 	assert_false(pen_field_media_type_is(NULL, "application/json"));
 }
 
+/* Breaks if a preference that a client may write is not understood, or one that is none is. */
+static void test_wait(void **state)
+{
+	(void)state;
+	assert_int_equal(pen_field_wait("wait=10"), 10);
+	assert_int_equal(pen_field_wait("respond-async, WAIT = 7"), 7);
+	assert_int_equal(pen_field_wait("foo; bar=\"x\", wait=\"5\"; y"), 5);
+	assert_int_equal(pen_field_wait("wait=99999999999999999999999"), UINT32_MAX);
+	assert_int_equal(pen_field_wait("wait=0"), 0);
+	assert_int_equal(pen_field_wait(NULL), 0);
+	assert_int_equal(pen_field_wait(""), 0);
+	assert_int_equal(pen_field_wait("wait"), 0);
+	assert_int_equal(pen_field_wait("wait="), 0);
+	assert_int_equal(pen_field_wait("wait=-1"), 0);
+	assert_int_equal(pen_field_wait("wait=1x"), 0);
+	assert_int_equal(pen_field_wait("wait=\"1"), 0);
+	assert_int_equal(pen_field_wait("await=5"), 0);
+	assert_int_equal(pen_field_wait("waiting=5"), 0);
+}
+
+static void test_directives(void **state)
+{
+	(void)state;
+	assert_true(pen_field_has_directive("no-store", "no-store"));
+	assert_true(pen_field_has_directive("max-age=0 , No-Store", "no-store"));
+	assert_true(pen_field_has_directive("no-store,no-cache", "no-store"));
+	assert_false(pen_field_has_directive(NULL, "no-store"));
+	assert_false(pen_field_has_directive("", "no-store"));
+	assert_false(pen_field_has_directive("no-store=1", "no-store"));
+	assert_false(pen_field_has_directive("no-storex", "no-store"));
+	assert_false(pen_field_has_directive("xno-store", "no-store"));
+}
+
+static void test_numbers(void **state)
+{
+	uint64_t number = 3;
+
+	(void)state;
+	assert_false(pen_field_number("", 10, &number));
+	assert_false(pen_field_number("-1", 10, &number));
+	assert_false(pen_field_number(" 1", 10, &number));
+	assert_false(pen_field_number("1 ", 10, &number));
+	assert_false(pen_field_number("11", 10, &number));
+	assert_false(pen_field_number("99999999999999999999", UINT64_MAX, &number));
+	assert_int_equal(number, 3);
+	assert_true(pen_field_number("10", 10, &number) && number == 10);
+	assert_true(pen_field_number("18446744073709551615", UINT64_MAX, &number));
+	assert_true(number == UINT64_MAX);
+}
+
 /* Breaks if the preference of RFC 9110, section 12.5.1, is not the one that is followed. */
 static void test_accept(void **state)
 {
@@ -123,6 +173,9 @@ int main(void)
 		cmocka_unit_test(test_etags),
 		cmocka_unit_test(test_media_types),
 		cmocka_unit_test(test_accept),
+		cmocka_unit_test(test_wait),
+		cmocka_unit_test(test_directives),
+		cmocka_unit_test(test_numbers),
 		cmocka_unit_test(test_ranges),
 		cmocka_unit_test(test_hosts),
 	};
