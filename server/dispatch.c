@@ -219,6 +219,14 @@ static bool is_count(float value, uint32_t max)
 	return value >= 0 && value <= (float)max;
 }
 
+static bool is_empty(const float *pixel, const struct pen_film *film)
+{
+	for (uint32_t c = 0; c < film->channels; c++)
+		if (pixel[c] != 0.0f)
+			return false;
+	return true;
+}
+
 /* Why the pixels cannot be right; NULL when they can. */
 static const char *find_defect(const struct pen_msg_result *result, const float *pixels,
 	size_t size, const struct pen_film *film, uint64_t area, const uint8_t *mask,
@@ -232,10 +240,10 @@ static const char *find_defect(const struct pen_msg_result *result, const float 
 		if (!isfinite(pixels[i]))
 			return "the worker sent a value that is not finite";
 	for (size_t i = 0; i < area; i++, pixels += film->channels) {
-		const uint32_t most = !mask || pen_mask_has(mask, i) ? samples : 0;
-
-		if (!is_count(pixels[PEN_CHANNEL_COUNT], most) ||
-			(film->depth && !is_count(pixels[film->depth + 1], most)))
+		if (mask && !pen_mask_has(mask, i) && !is_empty(pixels, film))
+			return "the worker sent samples of a pixel that had none to get";
+		if (!is_count(pixels[PEN_CHANNEL_COUNT], samples) ||
+			(film->depth && !is_count(pixels[film->depth + 1], samples)))
 			return "the worker sent a wrong sample count";
 	}
 	return NULL;
