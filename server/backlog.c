@@ -32,7 +32,8 @@ static void place(struct pen_backlog *backlog, uint32_t index)
 	}
 }
 
-static void fill(struct pen_backlog *backlog, const uint16_t *merged)
+static void fill(
+	struct pen_backlog *backlog, const uint16_t *merged, const struct pen_demand *demands)
 {
 	backlog->tiles_left = backlog->tiling.count;
 	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
@@ -40,14 +41,17 @@ static void fill(struct pen_backlog *backlog, const uint16_t *merged)
 
 		tile->round = merged ? merged[i] : 0;
 		assert(tile->round <= pen_round_count(&backlog->rounds));
-		tile->demand = pen_demand_first(
-			&backlog->rounds, pen_rect_area(pen_tiling_rect(&backlog->tiling, i)));
+		tile->demand =
+			demands ? demands[i]
+				: pen_demand_first(&backlog->rounds,
+					  pen_rect_area(pen_tiling_rect(&backlog->tiling, i)));
 		place(backlog, i);
 	}
 }
 
 int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling,
-	const struct pen_rounds *rounds, const uint16_t *merged, struct pen_error *err)
+	const struct pen_rounds *rounds, const uint16_t *merged, const struct pen_demand *demands,
+	struct pen_error *err)
 {
 	*backlog = (struct pen_backlog){
 		.tiling = *tiling,
@@ -58,7 +62,7 @@ int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tilin
 		pen_backlog_finish(backlog);
 		return pen_error_memory(err);
 	}
-	fill(backlog, merged);
+	fill(backlog, merged, demands);
 	return 0;
 }
 
@@ -68,7 +72,7 @@ void pen_backlog_restart(struct pen_backlog *backlog)
 	memset(backlog->tiles, 0, backlog->tiling.count * sizeof *backlog->tiles);
 	backlog->is_asking = false;
 	pen_tile_queue_clear(&backlog->waiting);
-	fill(backlog, NULL);
+	fill(backlog, NULL, NULL);
 }
 
 void pen_backlog_finish(struct pen_backlog *backlog)

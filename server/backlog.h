@@ -29,10 +29,12 @@ struct pen_backlog {
 };
 
 /*
- * merged: how many rounds of each tile are merged already; NULL: none. Takes all the memory needed.
+ * merged: how many rounds of each tile are merged already; NULL: none. demands: what each shall
+ * have; NULL: nothing is decided yet. Takes all the memory needed.
  */
 int pen_backlog_init(struct pen_backlog *backlog, const struct pen_tiling *tiling,
-	const struct pen_rounds *rounds, const uint16_t *merged, struct pen_error *err);
+	const struct pen_rounds *rounds, const uint16_t *merged, const struct pen_demand *demands,
+	struct pen_error *err);
 void pen_backlog_finish(struct pen_backlog *backlog);
 
 /* As after init without rounds, for another frame; nothing is out or merging. */

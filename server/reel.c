@@ -18,7 +18,7 @@ uint32_t pen_reel_slots(const struct pen_tiling *tiling, uint32_t count)
 
 int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32_t first,
 	uint32_t end, const struct pen_rounds *rounds, const uint16_t *merged,
-	struct pen_error *err)
+	const struct pen_demand *demands, struct pen_error *err)
 {
 	const uint32_t slots = pen_reel_slots(tiling, end - first);
 	int r = 0;
@@ -35,7 +35,8 @@ int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32
 		return pen_error_memory(err);
 	for (uint32_t i = 0; r == 0 && i < slots; i++)
 		r = pen_backlog_init(&reel->backlogs[(first + i) % slots], tiling, rounds,
-			merged ? merged + (size_t)i * tiling->count : NULL, err);
+			merged ? merged + (size_t)i * tiling->count : NULL,
+			demands ? demands + (size_t)i * tiling->count : NULL, err);
 	if (r < 0)
 		pen_reel_finish(reel);
 	else

@@ -26,12 +26,12 @@ uint32_t pen_reel_slots(const struct pen_tiling *tiling, uint32_t count);
 
 /*
  * For frames first <= n < end. merged: how many rounds of each tile are merged already, tile by
- * tile, of as many frames from first on as may be in flight; NULL: none. Takes all the memory
- * needed.
+ * tile, of as many frames from first on as may be in flight; NULL: none. demands: likewise, what
+ * each shall have; NULL: nothing is decided. Takes all the memory needed.
  */
 int pen_reel_init(struct pen_reel *reel, const struct pen_tiling *tiling, uint32_t first,
 	uint32_t end, const struct pen_rounds *rounds, const uint16_t *merged,
-	struct pen_error *err);
+	const struct pen_demand *demands, struct pen_error *err);
 void pen_reel_finish(struct pen_reel *reel);
 
 /* Of a frame in flight. */

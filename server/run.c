@@ -261,11 +261,6 @@ static uint32_t first_open(const struct pen_run *run)
 	return run->job.frame_first + run->passed;
 }
 
-static bool is_whole(const struct pen_run *run, const struct pen_run_frame *frame)
-{
-	return frame->tiles.frame != 0 && frame->tiles.done == run->job.tiling.count;
-}
-
 static void sync_frame(struct pen_run *run, struct pen_run_frame *frame)
 {
 	struct pen_error err;
@@ -275,19 +270,26 @@ static void sync_frame(struct pen_run *run, struct pen_run_frame *frame)
 		pen_run_give_up(run, &err);
 }
 
-/* How many rounds are merged of each tile of the frames that may be in flight. */
-static uint16_t *list_rounds(struct pen_run *run, uint32_t frames)
+/* What is merged of each tile of the frames that may be in flight, and what each shall have. */
+static void list_tiles(
+	struct pen_run *run, uint32_t frames, uint16_t *ret_merged, struct pen_demand *ret_demands)
 {
-	const uint32_t tiles = run->job.tiling.count;
-	uint16_t *rounds = calloc((size_t)frames * tiles, sizeof *rounds);
+	const struct pen_tiling *tiling = &run->job.tiling;
+	const struct pen_rounds rounds = pen_sampling_rounds(&run->job.sampling);
 
-	for (uint32_t i = 0; rounds && i < frames; i++) {
+	for (uint32_t i = 0; i < frames; i++) {
 		const struct pen_run_frame *frame = find_frame(run, first_open(run) + i);
 
-		for (uint32_t k = 0; frame && k < tiles; k++)
-			rounds[(size_t)i * tiles + k] = frame->tiles.states[k].rounds;
+		for (uint32_t k = 0; k < tiling->count; k++) {
+			const size_t place = (size_t)i * tiling->count + k;
+
+			ret_merged[place] = frame ? frame->tiles.states[k].rounds : 0;
+			ret_demands[place] =
+				frame ? frame->tiles.demands[k]
+				      : pen_demand_first(
+						&rounds, pen_rect_area(pen_tiling_rect(tiling, k)));
+		}
 	}
-	return rounds;
 }
 
 /* Gives the job to the dispatch, with what is rendered already. */
@@ -303,27 +305,34 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,
 	};
-	uint16_t *rounds = list_rounds(
-		run, pen_reel_slots(&run->job.tiling, added.frame_end - added.frame_first));
+	const uint32_t frames =
+		pen_reel_slots(&run->job.tiling, added.frame_end - added.frame_first);
+	const size_t count = (size_t)frames * run->job.tiling.count;
+	uint16_t *merged = calloc(count, sizeof *merged);
+	struct pen_demand *demands = calloc(count, sizeof *demands);
 	int r;
 
-	if (!rounds)
-		return pen_error_memory(err);
-	added.merged = rounds;
-	r = pen_dispatch_add_job(jobs->options.dispatch, &added, err);
-	free(rounds);
+	if (merged && demands) {
+		list_tiles(run, frames, merged, demands);
+		added.merged = merged;
+		added.demands = demands;
+		r = pen_dispatch_add_job(jobs->options.dispatch, &added, err);
+	} else {
+		r = pen_error_memory(err);
+	}
+	free(merged);
+	free(demands);
 	return r;
 }
 
-/* All framebuffers that were there are open: goes on with what they lack. */
+/* One framebuffer less that is being looked at; after the last goes on with what they lack. */
 static void go_on(struct pen_jobs *jobs, struct pen_run *run)
 {
 	struct pen_error err;
 
+	if (run->opening > 0 && --run->opening > 0)
+		return;
 	run->samples_at_begin = run->job.samples_done;
-	for (uint32_t i = 0; i < PEN_REEL_FRAMES_MAX; i++)
-		if (is_whole(run, &run->frames[i]))
-			sync_frame(run, &run->frames[i]);
 	if (run->job.tiles_done < (uint64_t)run->job.tiling.count * run->job.frame_count &&
 		dispatch_job(jobs, run, &err) < 0)
 		pen_run_give_up(run, &err);
@@ -338,8 +347,10 @@ static void handle_opened(
 	struct pen_run_frame *opened = place_of(run, frame);
 
 	pen_tiles_load(&opened->tiles, &run->job, states);
-	(void)pen_tiles_decided(&opened->tiles, &run->job, opened->canvas);
-	if (--run->opening == 0)
+	/* Only a frame that is on the disk makes room for others. */
+	if (pen_tiles_decided(&opened->tiles, &run->job, opened->canvas))
+		sync_frame(run, opened);
+	else
 		go_on(jobs, run);
 }
 
@@ -433,6 +444,7 @@ static void handle_synced(void *user, uint64_t number, uint32_t frame_number)
 	struct pen_run *run = pen_run_find(jobs, number);
 	struct pen_run_frame *frame = place_of(run, frame_number);
 	uint32_t tile = frame->tile_last;
+	bool is_opening = run->opening > 0;
 
 	frame->synced = true;
 	if (frame->is_deciding)
@@ -441,7 +453,9 @@ static void handle_synced(void *user, uint64_t number, uint32_t frame_number)
 	frame->is_deciding = false;
 	frame->tile_last = NO_TILE;
 	pass_frames(jobs, run);
-	if (tile != NO_TILE)
+	if (is_opening)
+		go_on(jobs, run);
+	else if (tile != NO_TILE)
 		pen_dispatch_merged(jobs->options.dispatch, number, frame_number, tile);
 }
 

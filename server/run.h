@@ -37,7 +37,8 @@ struct pen_run {
 	struct pen_run_frame frames[PEN_REEL_FRAMES_MAX]; /* frame n is at n modulo their number */
 	uint32_t passed; /* frames, from the first on, that are on the disk: job.frames_done will be
 			    that when it is stored */
-	uint32_t opening; /* framebuffers that are being looked at */
+	uint32_t opening; /* framebuffers that are being looked at, or brought onto the disk as they
+			     are */
 	struct pen_tile_news news;
 	int64_t running_ms; /* spent rendering since this coordinator began it */
 	uint64_t samples_at_begin;

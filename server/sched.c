@@ -159,7 +159,7 @@ int pen_sched_add_job(
 		return pen_error_memory(err);
 	}
 	r = pen_reel_init(&job->reel, given->tiling, given->frame_first, given->frame_end,
-		&given->rounds, given->merged, err);
+		&given->rounds, given->merged, given->demands, err);
 	if (r < 0) {
 		free(job);
 		return r;

@@ -109,8 +109,9 @@ struct pen_sched_job {
 	struct pen_rounds rounds;
 	uint32_t priority;
 	bool paused;
-	const char *equivalence_class; /* NULL: not chosen yet */
-	const uint16_t *merged;	       /* rounds, as pen_reel_init takes them */
+	const char *equivalence_class;	  /* NULL: not chosen yet */
+	const uint16_t *merged;		  /* rounds, as pen_reel_init takes them */
+	const struct pen_demand *demands; /* likewise: what is decided already */
 };
 
 struct pen_sched_worker {

@@ -15,6 +15,7 @@
 /* In the detail of EVENT_SYNCED, beside the cell: what the dispatch is told after it. */
 #define SYNC_MERGED  0x80000000u
 #define SYNC_DECIDED 0x40000000u
+#define SYNC_OPENED  0x20000000u
 
 /* The ledger: what must be true of every lease, result and end */
 
@@ -236,6 +237,9 @@ static void dispatch_decide(void *user, uint64_t number, uint32_t frame)
 	sim_note(sim, 5 ^ number << 4 ^ (uint64_t)frame << 12);
 	if (job->frames[frame - 1].deciding)
 		sim_violate(sim, "frame %u of render %u asks twice", frame, (unsigned)number);
+	if (job->frames[frame - 1].synced)
+		sim_violate(
+			sim, "frame %u of render %u asks, but it is over", frame, (unsigned)number);
 	for (uint32_t i = 0; i < job->shown.tiling.count; i++) {
 		const uint32_t cell = sim_cell(job, frame, i);
 
@@ -318,9 +322,11 @@ static void sync_frame(struct sim *sim, struct sim_job *job, uint32_t cell, uint
 	sim_push_job(sim, job, EVENT_SYNCED, cell | then, sim_draw(sim, 100));
 }
 
-static void begin_job(struct sim *sim, struct sim_job *job)
+/* Gives the job to the dispatch, with what is rendered and decided already. */
+static void dispatch_job(struct sim *sim, struct sim_job *job)
 {
 	uint16_t rounds[CELLS_MAX];
+	struct pen_demand demands[CELLS_MAX];
 	const uint32_t passed = complete_frames(job);
 	const uint32_t first = passed * job->shown.tiling.count;
 	struct pen_sched_job added = {
@@ -333,19 +339,33 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,
 		.merged = rounds,
+		.demands = demands,
 	};
 
-	for (uint32_t i = first; i < sim_cell_count(job); i++)
+	for (uint32_t i = first; i < sim_cell_count(job); i++) {
+		struct sim_frame *f = &job->frames[i / job->shown.tiling.count];
+
+		f->told = f->decided;
 		rounds[i - first] = job->cells[i].rounds;
+		demands[i - first] = sim_quota_demand(job, i, f->told);
+	}
 	job->losses = 0;
-	for (uint32_t i = 1; i <= job->shown.frame_count; i++)
-		if (is_frame_complete(job, i))
-			sync_frame(sim, job, sim_cell(job, i, 0), 0);
-	if (is_complete(job))
-		return;
 	job->listed = true;
 	if (pen_dispatch_add_job(sim->dispatch, &added, NULL) < 0)
 		abort();
+}
+
+/* Frames that lack nothing go to the disk before the others go on. */
+static void begin_job(struct sim *sim, struct sim_job *job)
+{
+	job->opening = 0;
+	for (uint32_t i = 1; i <= job->shown.frame_count; i++)
+		if (is_frame_complete(job, i)) {
+			sync_frame(sim, job, sim_cell(job, i, 0), SYNC_OPENED);
+			job->opening++;
+		}
+	if (job->opening == 0)
+		dispatch_job(sim, job);
 }
 
 static void drop_peer(struct sim *sim, struct peer *peer)
@@ -537,7 +557,7 @@ static void handle_decided(struct sim *sim, struct sim_job *job, uint32_t frame)
 
 static void handle_synced(struct sim *sim, struct sim_job *job, uint32_t detail)
 {
-	uint32_t index = detail & ~(SYNC_MERGED | SYNC_DECIDED);
+	uint32_t index = detail & ~(SYNC_MERGED | SYNC_DECIDED | SYNC_OPENED);
 	uint32_t tiles = job->shown.tiling.count;
 	bool all = true;
 
@@ -549,6 +569,8 @@ static void handle_synced(struct sim *sim, struct sim_job *job, uint32_t detail)
 	}
 	if (detail & SYNC_DECIDED)
 		tell_decided(sim, job, 1 + index / tiles);
+	if ((detail & SYNC_OPENED) && --job->opening == 0 && !is_complete(job))
+		dispatch_job(sim, job);
 	for (uint32_t i = 0; i < job->shown.frame_count; i++)
 		all = all && job->frames[i].synced;
 	if (all && job->listed)

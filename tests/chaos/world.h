@@ -79,6 +79,7 @@ struct sim_job {
 	uint32_t poison;      /* the cell that always crashes; CELLS_MAX: none */
 	uint32_t losses;      /* leases that brought nothing, of the current incarnation */
 	int64_t canvas_ms;
+	uint32_t opening; /* complete frames that a new coordinator brings onto the disk first */
 	struct sim_frame frames[FRAMES_MAX];
 	struct sim_tile cells[CELLS_MAX]; /* tiles of all frames */
 };

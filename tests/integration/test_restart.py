@@ -106,6 +106,24 @@ def test_samples_of_frames_are_counted_once(service):
     assert service.wait(render)["samples_done"] == undisturbed
 
 
+def test_frames_go_on_after_each_restart(service):
+    """Broken by a decision that is waited for although its frame is over, or made twice."""
+    body = small(100)
+    body["sampling"] = {"mode": "adaptive", "samples": 200, "error": 0.004}
+    body["frames"] = {"first": 1, "last": 12, "fps": 24}
+    undisturbed = service.submit(body)
+    service.wait(undisturbed)
+    render = service.submit(body)
+    for done in (2, 4, 6, 8):
+        farm.wait_for(lambda n=done: service.resource(render)["frames"]["done"] >= n, 30, "frames")
+        restart(service)
+    service.wait(render)
+    for number in range(1, 13):
+        pair = [service.request("GET", f"/v1/renders/{r}/frames/{number}.exr").body
+                for r in (undisturbed, render)]
+        assert pair[0] == pair[1], f"frame {number}"
+
+
 def test_removed_renders_stay_removed(service):
     """Broken by an id that is forgotten, or files that are not."""
     running, done = service.submit(long()), service.submit(small())

@@ -267,6 +267,49 @@ static void test_decisions(void **state)
 	pen_sched_destroy(sched);
 }
 
+/*
+ * Broken by: asking again after a restart what was decided before it (nobody answers for a frame
+ * that is over, and the job would never end), or leasing rounds that the decision spares.
+ */
+static void test_earlier_decisions(void **state)
+{
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+	struct pen_tiling tiling;
+	const uint16_t merged[] = {1, 1, 0};
+	const struct pen_demand demands[] = {
+		{1, true, 256, 256 * 16}, {1, false, 256, 256 * 64}, {3, true, 7, 256 * 64}};
+	struct pen_sched_job job = {.number = 1,
+		.tiling = &tiling,
+		.frame_first = 1,
+		.frame_end = 4,
+		.rounds = pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 64, 16),
+		.priority = 50,
+		.merged = merged,
+		.demands = demands};
+
+	(void)state;
+	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 16, 16}, 16);
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_worker(sched, 1, 4, "a");
+	actions = tick(sched, 0);
+	assert_int_equal(count(actions, PEN_SCHED_DECIDE), 1);
+	assert_int_equal(find(actions, PEN_SCHED_DECIDE).frame, 2);
+	assert_int_equal(count(actions, PEN_SCHED_LEASE), 1);
+	for (uint32_t round = 0; round < 3; round++) {
+		assert_int_equal(find(actions, PEN_SCHED_LEASE).frame, 3);
+		assert_int_equal(find(actions, PEN_SCHED_LEASE).round, round);
+		actions = finish_unit(sched, find(actions, PEN_SCHED_LEASE), 1);
+		assert_int_equal(count(actions, PEN_SCHED_DECIDE), 0);
+	}
+	actions = step(sched,
+		(struct pen_sched_event){
+			.type = PEN_SCHED_DECIDED, .job = 1, .u.decided = {2, demands}},
+		2);
+	assert_int_equal(count(actions, PEN_SCHED_RENDERED), 1);
+	pen_sched_destroy(sched);
+}
+
 /* Broken by: counting faults wrongly, retrying where it failed, or a reason without the tile. */
 static void test_three_faults(void **state)
 {
@@ -515,6 +558,7 @@ int main(void)
 		cmocka_unit_test(test_frames),
 		cmocka_unit_test(test_rounds_in_order),
 		cmocka_unit_test(test_decisions),
+		cmocka_unit_test(test_earlier_decisions),
 		cmocka_unit_test(test_three_faults),
 		cmocka_unit_test(test_kills),
 		cmocka_unit_test(test_scene_fault),
