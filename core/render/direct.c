@@ -537,7 +537,7 @@ static void add_environment(struct pen_pass *pass, const struct pen_paths *paths
 			.direction = from.direction,
 			.distance = INFINITY,
 			.strength = from.pdf > 0.0f ? 1.0f : 0.0f,
-			.pdf = pen_max(from.pdf, PEN_TINY),
+			.pdf = from.pdf > 0.0f ? from.pdf : 1.0f,
 		};
 
 		set_incoming(&in, i, &sample,

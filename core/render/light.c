@@ -247,9 +247,10 @@ PEN_LANE float sphere_cone(const struct pen_light *light, float distance2)
 	return sin2 < 1.0f ? sin2 / (1.0f + pen_sqrt_clamped(1.0f - sin2)) : 0.0f;
 }
 
+/* From inside, where nothing is seen, it is finite all the same. */
 PEN_LANE float cone_pdf(float cone)
 {
-	return 0.5f * PEN_INV_PI / pen_max(cone, PEN_TINY);
+	return pen_min(0.5f * PEN_INV_PI / pen_max(cone, PEN_TINY), PDF_MAX);
 }
 
 PEN_LANE struct pen_light_sample sample_sphere(

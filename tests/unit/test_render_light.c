@@ -47,7 +47,7 @@ static void emits_from_one_side(void **state)
 			assert_true(sample.strength == (sphere_shines ? 1.0f : 0.0f));
 			assert_true(isfinite(pen_length(sample.direction)));
 			assert_true(isfinite(sample.distance));
-			assert_true(isfinite(sample.pdf) && sample.pdf > 0.0f);
+			assert_true(sample.pdf > 0.0f && isfinite(sample.pdf * sample.pdf));
 		}
 	}
 }
