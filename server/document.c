@@ -1,28 +1,31 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/document.h"
 
-/* The assembler finds the files as the compiler finds headers: from the root of the tree. */
+#include <stdint.h>
+
+/*
+ * A file's bytes and their number. The assembler finds files as the compiler finds headers: from
+ * the root of the tree.
+ */
 #define EMBED(name, path)                                                                          \
-	__asm__(".pushsection .rodata\n"                                                           \
-		".globl pen_document_" name "_begin\n.globl pen_document_" name "_end\n"           \
-		".hidden pen_document_" name "_begin\n.hidden pen_document_" name "_end\n"         \
-		"pen_document_" name "_begin:\n.incbin \"" path "\"\npen_document_" name "_end:\n" \
-		".popsection\n")
+	__asm__(".pushsection .rodata\n.balign 8\n"                                                \
+		".globl document_" name "\n.hidden document_" name "\n"                            \
+		".globl document_" name "_size\n.hidden document_" name "_size\n"                  \
+		"document_" name "_size: .quad 1f - 0f\n"                                          \
+		"document_" name ":\n0:\n.incbin \"" path "\"\n1:\n.popsection\n")
 
 EMBED("openapi", "server/openapi.json");
 EMBED("scene_schema", "core/scene/scene.schema.json");
 
-extern const char pen_document_openapi_begin[], pen_document_openapi_end[];
-extern const char pen_document_scene_schema_begin[], pen_document_scene_schema_end[];
+extern const char document_openapi[], document_scene_schema[];
+extern const uint64_t document_openapi_size, document_scene_schema_size;
 
 struct pen_document pen_document_openapi(void)
 {
-	return (struct pen_document){pen_document_openapi_begin,
-		(size_t)(pen_document_openapi_end - pen_document_openapi_begin)};
+	return (struct pen_document){document_openapi, document_openapi_size};
 }
 
 struct pen_document pen_document_scene_schema(void)
 {
-	return (struct pen_document){pen_document_scene_schema_begin,
-		(size_t)(pen_document_scene_schema_end - pen_document_scene_schema_begin)};
+	return (struct pen_document){document_scene_schema, document_scene_schema_size};
 }

@@ -241,7 +241,8 @@ void pen_check_camera(
 	bool is_of_gltf;
 
 	d->given = find_given(camera);
-	is_of_gltf = d->from || (reader->has_gltf && (d->given | PEN_CAMERA_FOCUS) == PEN_CAMERA_FOCUS);
+	is_of_gltf =
+		d->from || (reader->has_gltf && (d->given | PEN_CAMERA_FOCUS) == PEN_CAMERA_FOCUS);
 	if (d->from && !reader->has_gltf)
 		refuse_member(reader, at, camera, "from",
 			"names a camera of a glTF, but no object of this scene is one");

@@ -39,7 +39,7 @@ struct pen_picture_desc {
 	const char *place;   /* within a glTF, for people: "image 3 \"bark\""; "" otherwise */
 	uint32_t asset;
 	size_t offset, size; /* within the asset; size 0: all of it */
-	const void *bytes;   /* NULL, or where its size bytes are if they stand in no asset as such */
+	const void *bytes; /* NULL, or where its size bytes are if they stand in no asset as such */
 };
 
 enum pen_wrap { PEN_WRAP_REPEAT, PEN_WRAP_MIRROR, PEN_WRAP_CLAMP };

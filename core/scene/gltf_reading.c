@@ -121,8 +121,8 @@ void pen_gltf_refuse(struct pen_gltf_reading *r, const char *format, ...)
 	va_end(args);
 	make_printable(fault);
 	(void)snprintf(error->pointer, sizeof error->pointer, "%s", r->pointer);
-	(void)snprintf(error->detail, sizeof error->detail, "%s%s", r->place,
-		r->place[0] ? ": " : "");
+	(void)snprintf(
+		error->detail, sizeof error->detail, "%s%s", r->place, r->place[0] ? ": " : "");
 	length = strlen(error->detail);
 	(void)snprintf(error->detail + length, sizeof error->detail - length, "%s", fault);
 	r->errors->count++;
