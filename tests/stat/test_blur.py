@@ -95,7 +95,8 @@ def test_focal_surface(pixels_of, surface, sharp):
 
 
 def streak(pixels_of, body, **camera):
-    covered = coverage(pixels_of, body, **{"shutter": {"open": 0, "close": 1}, **camera})
+    """Its middle is known to about a thousandth of a unit."""
+    covered = coverage(pixels_of, body, 1024, **{"shutter": {"open": 0, "close": 1}, **camera})
     return (*moments(*covered), covered)
 
 
@@ -117,10 +118,10 @@ def test_streak_of_a_moving_ball(pixels_of, shutter, length, middle):
     if length is None:
         mean = 2 / 3 * -0.4 + 1 / 3 * -0.2
         second = 2 / 3 * 0.16 + 1 / 3 * (0.2 ** 2 + 0.4 ** 2 / 12)
-        assert center[0] / scale == pytest.approx(mean, abs=0.002)
+        assert center[0] / scale == pytest.approx(mean, abs=0.004)
         assert along == pytest.approx(second - mean ** 2, rel=0.02)
     else:
-        assert center[0] / scale == pytest.approx(middle, abs=0.002)
+        assert center[0] / scale == pytest.approx(middle, abs=0.004)
         assert math.sqrt(12 * along) == pytest.approx(length, rel=0.01)
     assert variance[1] == pytest.approx(own_variance(5), rel=0.05)
 
@@ -131,7 +132,7 @@ def test_streak_of_a_moving_camera(pixels_of):
             {"time": 1, "position": [0.2, 0, 0], "look_at": [0.2, 0, -1]}]
     center, variance, _ = streak(pixels_of, ball(5), keyframes=keys)
     scale = PIXELS_PER_TANGENT / 5
-    assert center[0] / scale == pytest.approx(0.1, abs=0.002)
+    assert center[0] / scale == pytest.approx(0.1, abs=0.004)
     assert math.sqrt(12 * (variance[0] - own_variance(5))) / scale == pytest.approx(0.6, rel=0.01)
 
 
