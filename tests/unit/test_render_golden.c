@@ -125,25 +125,25 @@ static const unsigned char picture[] =
 	"\x10\xf0\xa0\x80\x80\x50\xff\x80\xf0\x98\xc0\x80\x20\x70\xd0\x80";
 
 /* Of the PEN_RENDER_ABI that the digests below belong to. */
-enum { GOLDEN_ABI = 2, INTEGRATORS = 3, SCENES = 2 };
+enum { GOLDEN_ABI = 3, INTEGRATORS = 3, SCENES = 2 };
 
 static const char *const scenes[SCENES] = {everything, surfaces};
 static const char *const integrators[INTEGRATORS] = {"distribution", "path", "whitted"};
 
-/* By class without its ABI number. */
+/* By class without its ABI number; 0 where none is known. */
 static const struct golden {
 	const char *name;
 	uint64_t digests[SCENES][INTEGRATORS];
 } goldens[] = {
 	{"x86-64-v2/embree-3.13.5/AuthenticAMD",
 		{{0x6b51b1cda56081ed, 0x0e45d1afe3dfcfe6, 0xffffae0f11d83785},
-			{0x1081e7751fd647d4, 0x12fd2977d3a31680, 0xd6413eef53132900}}},
+			{0xc6ecf2f079329193, 0x12fd2977d3a31680, 0xd6413eef53132900}}},
 	{"x86-64-v3/embree-3.13.5/AuthenticAMD",
 		{{0x1e1b2a738fb30c10, 0x283ba0dafd9a7a99, 0x2aebc8ca2104ff83},
-			{0x16fa9cc3b62054d8, 0xe480dd604be8b33a, 0xc10f54125a54292f}}},
+			{0x4a34add65325a436, 0xe480dd604be8b33a, 0xc10f54125a54292f}}},
 	{"x86-64-v4/embree-3.13.5/AuthenticAMD",
 		{{0xe3c4b4726281c03d, 0xeedc38c86b56c5c1, 0x7a2fe5b418a9363d},
-			{0xf7c0f24d5cb0f0a4, 0xf6bf01e9810fc2d8, 0x55c51e63041d5553}}},
+			{0, 0xf6bf01e9810fc2d8, 0x55c51e63041d5553}}},
 };
 
 static struct pen_scene *parse(const char *format, const char *integrator)
@@ -231,10 +231,12 @@ static void check_class(enum pen_isa isa)
 	for (int i = 0; i < SCENES * INTEGRATORS; i++) {
 		const char *integrator = integrators[i % INTEGRATORS];
 		const uint64_t digest = digest_of(isa, scenes[i / INTEGRATORS], integrator);
+		const uint64_t wanted =
+			golden ? golden->digests[i / INTEGRATORS][i % INTEGRATORS] : 0;
 
 		print_message("%s scene %d %s 0x%016llx\n", class, i / INTEGRATORS, integrator,
 			(unsigned long long)digest);
-		changed += golden && digest != golden->digests[i / INTEGRATORS][i % INTEGRATORS];
+		changed += wanted != 0 && digest != wanted;
 	}
 	if (changed > 0)
 		fail_msg("images have changed: if that is intended, raise PEN_RENDER_ABI, and "
