@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <uv.h>
 
 const char pen_config_usage[] =
@@ -24,7 +25,7 @@ const char pen_config_usage[] =
 	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
 	"  --keep-assets HOURS        uploaded files that no render names (24)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
-	"  --parent-death             end when the process that started this one does\n"
+	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
 	"  --help                     print this\n"
 	"\n"
 	"Both addresses must be of this machine (loopback). They are printed when the\n"
@@ -176,7 +177,7 @@ static const struct option options[] = {
 	{"tile", required_argument, NULL, TILE},
 	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
-	{"parent-death", no_argument, NULL, PARENT_DEATH},
+	{"parent-death", optional_argument, NULL, PARENT_DEATH},
 	{"help", no_argument, NULL, HELP},
 	{NULL, 0, NULL, 0},
 };
@@ -184,6 +185,8 @@ static const struct option options[] = {
 static int parse_option(
 	struct pen_config *config, int option, const char *value, struct pen_error *err)
 {
+	uint32_t number;
+
 	switch (option) {
 	case LISTEN: return parse_address("listen", value, &config->listen, err);
 	case WORKER_LISTEN:
@@ -204,7 +207,12 @@ static int parse_option(
 		config->keep_assets_s *= 3600;
 		return 0;
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
-	case PARENT_DEATH: config->parent_death = true; return 0;
+	case PARENT_DEATH:
+		if (!value || parse_number(value, INT_MAX, &number) == 0) {
+			config->parent = value ? (pid_t)number : getppid();
+			return 0;
+		}
+		return pen_error_set(err, PEN_EINVALID, "--parent-death takes a process's number");
 	default: config->help = true; return 0;
 	}
 }

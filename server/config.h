@@ -9,6 +9,7 @@
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 /* What `penumbra serve` was told on its command line, defaults filled in. */
 struct pen_config {
@@ -19,7 +20,7 @@ struct pen_config {
 	uint32_t tile_px;	/* 0: chosen for each image */
 	uint32_t keep_assets_s; /* that no render names */
 	enum pen_log_level log_level;
-	bool parent_death;
+	pid_t parent; /* end when it does; 0: live on */
 	bool help;
 };
 

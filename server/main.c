@@ -20,7 +20,6 @@ static void follow_parent(pid_t parent)
 
 static int serve(int argc, char **argv)
 {
-	pid_t parent = getppid();
 	struct pen_config config;
 	struct pen_error err;
 
@@ -30,8 +29,8 @@ static int serve(int argc, char **argv)
 		(void)fputs(pen_config_usage, stdout);
 		return PEN_EXIT_OK;
 	}
-	if (config.parent_death)
-		follow_parent(parent);
+	if (config.parent != 0)
+		follow_parent(config.parent);
 	(void)umask(077);
 	pen_log_open("penumbra", config.log_level);
 	if (pen_server_run(&config, &err) < 0) {

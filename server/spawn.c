@@ -93,10 +93,10 @@ static int open_key(struct pen_spawn *spawn, int *ret_fd, struct pen_error *err)
 
 static int spawn_process(struct pen_spawn *spawn, int key_fd)
 {
-	char address[64], processes[16];
+	char address[64], processes[16], parent[32];
 	const char *level = pen_config_log_level_name(spawn->options.log_level);
 	const char *arguments[ARGUMENTS_MAX] = {"penumbra-worker", "--connect", address,
-		"--processes", processes, "--key-fd", "3", "--parent-death", "--log-level", level};
+		"--processes", processes, "--key-fd", "3", parent, "--log-level", level};
 	uv_stdio_container_t stdio[KEY_FD + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_INHERIT_FD, .data.fd = STDERR_FILENO},
@@ -117,6 +117,7 @@ static int spawn_process(struct pen_spawn *spawn, int key_fd)
 	}
 	(void)snprintf(address, sizeof address, "%s:%u", spawn->options.host,
 		pen_farm_port(spawn->options.farm));
+	(void)snprintf(parent, sizeof parent, "--parent-death=%ld", (long)getpid());
 	(void)snprintf(processes, sizeof processes, "%u", spawn->options.processes);
 	return uv_spawn(spawn->timer.loop, &spawn->process, &process);
 }

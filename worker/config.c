@@ -30,7 +30,7 @@ static const struct option options[] = {
 	{"name", required_argument, NULL, OPTION_NAME},
 	{"isa", required_argument, NULL, OPTION_ISA},
 	{"key-fd", required_argument, NULL, OPTION_KEY_FD},
-	{"parent-death", no_argument, NULL, OPTION_PARENT_DEATH},
+	{"parent-death", optional_argument, NULL, OPTION_PARENT_DEATH},
 	{"sandbox", required_argument, NULL, OPTION_SANDBOX},
 	{"asset-cache", required_argument, NULL, OPTION_ASSET_CACHE},
 	{"log-level", required_argument, NULL, OPTION_LOG_LEVEL},
@@ -52,7 +52,7 @@ const char *pen_worker_config_usage(void)
 	       "                       eighth of the machine's)\n"
 	       "  --log-level LEVEL    error, warning, info (default) or debug\n"
 	       "  --key-fd FD          descriptor to read the coordinator's key from\n"
-	       "  --parent-death       end when the parent process ends\n"
+	       "  --parent-death[=PID] end when the parent process does, which is PID\n"
 	       "  --help, --version\n";
 }
 
@@ -171,7 +171,11 @@ static int parse_option(
 		if (r == 0)
 			config->key_fd = (int)number;
 		return r;
-	case OPTION_PARENT_DEATH: config->parent_death = true; return 0;
+	case OPTION_PARENT_DEATH:
+		number = getppid();
+		r = value ? parse_number(value, 1, INT_MAX, "--parent-death", &number, err) : 0;
+		config->parent = (pid_t)number;
+		return r;
 	case OPTION_HELP: config->help = true; return 0;
 	case OPTION_VERSION: config->version = true; return 0;
 	default:

@@ -10,6 +10,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 /* What the command line asks for. */
 struct pen_worker_config {
@@ -22,8 +23,8 @@ struct pen_worker_config {
 	enum pen_log_level log_level;
 	uint64_t asset_bytes; /* of assets that are kept for later scenes */
 	int key_fd;	      /* -1 without */
-	bool parent_death;
-	bool help, version; /* asked for: print and leave */
+	pid_t parent;	      /* end when it does; 0: live on */
+	bool help, version;   /* asked for: print and leave */
 };
 
 /* PEN_EINVALID names the option and its cure. */

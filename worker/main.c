@@ -41,7 +41,7 @@ static int run(const struct pen_worker_config *config, struct pen_error *err)
 	struct pen_zygote zygote;
 	int code = PEN_WORKER_FAILED;
 
-	if (config->parent_death && pen_process_bind(getppid(), SIGKILL, err) < 0)
+	if (config->parent != 0 && pen_process_bind(config->parent, SIGKILL, err) < 0)
 		return PEN_WORKER_FAILED;
 	if (pen_zygote_start(config, &zygote, err) < 0)
 		return PEN_WORKER_FAILED;

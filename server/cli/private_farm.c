@@ -109,13 +109,14 @@ out:
 static int coordinator_start(struct pen_private_farm *farm,
 	const struct pen_private_farm_options *options, struct pen_error *err)
 {
-	char data[PATH_SIZE];
-	const char *words[16] = {"penumbra", "serve", "--parent-death", "--data", data, "--listen",
+	char data[PATH_SIZE], parent[32];
+	const char *words[16] = {"penumbra", "serve", parent, "--data", data, "--listen",
 		"127.0.0.1:0", "--worker-listen", "127.0.0.1:0"};
 	char *arguments[16];
 	size_t count = 9;
 
 	path_format(farm, "data", data);
+	(void)snprintf(parent, sizeof parent, "--parent-death=%ld", (long)getpid());
 	if (options->processes) {
 		words[count++] = "--processes";
 		words[count++] = options->processes;

@@ -152,8 +152,22 @@ def test_nothing_survives_the_coordinator(service):
     started(service)
     family = service.kill()
     assert len(family) >= 5, "pool, zygote, scene and render processes"
-    farm.wait_for(lambda: not any(map(farm.alive, family)), 5, "end of all processes")
+    farm.wait_for(lambda: not any(map(farm.alive, family)), 30, "end of all processes")
     service.start()
+
+
+@pytest.mark.parametrize("command", [
+    ["penumbra-worker", "--connect", "127.0.0.1:9"],
+    ["penumbra", "serve", "--listen", "127.0.0.1:0", "--worker-listen", "127.0.0.1:0"]])
+def test_a_parent_that_has_ended_already(command, tmp_path):
+    """Broken by a process that takes whoever adopts it for its parent, and lives for ever."""
+    gone = subprocess.Popen(["true"])
+    gone.wait()
+    data = ["--data", str(tmp_path / "data")] if "serve" in command else []
+    code = subprocess.run(
+        [farm.program(command[0]), *command[1:], *data, f"--parent-death={gone.pid}"],
+        capture_output=True, timeout=10 * farm.SLOW).returncode
+    assert code == (-signal.SIGTERM if data else 1)
 
 
 def test_second_coordinator_refuses(service):

@@ -171,7 +171,7 @@ class Farm:
         code = self.server.wait(timeout=15 * SLOW)
         assert code == 0, f"serve ended with {code} after SIGTERM"
         self.server = None
-        wait_for(lambda: not any(map(alive, family)), 5, "end of all processes of the farm")
+        wait_for(lambda: not any(map(alive, family)), 30, "end of all processes of the farm")
 
     def kill(self):
         """SIGKILL to the coordinator alone; tells the processes that it had."""
