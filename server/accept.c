@@ -6,6 +6,7 @@
 #include "core/scene/planes.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
@@ -67,6 +68,9 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	struct pen_rounds rounds;
 	int r = make_id(job.id, err);
 
+	job.is_preview = submission->is_preview;
+	if (submission->deadline_s > 0)
+		job.deadline_ms = job.created_ms + (int64_t)ceil(1e3 * submission->deadline_s);
 	if (r == 0)
 		r = pen_sha256_of(
 			submission->canonical, submission->canonical_size, &job.scene_sha256, err);

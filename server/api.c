@@ -7,6 +7,7 @@
 #include "server/api_farm.h"
 #include "server/api_image.h"
 #include "server/api_render.h"
+#include "server/api_scene.h"
 #include "server/api_submit.h"
 #include "server/fields.h"
 
@@ -35,6 +36,8 @@ static const struct route {
 	{"/v1/assets/sha256/{hash}", PEN_GET, pen_api_asset_get},
 	{"/v1/assets/sha256/{hash}", PEN_PUT, pen_api_asset_put},
 	{"/v1/assets/missing", PEN_POST, pen_api_assets_missing},
+	{"/v1/scenes/sha256/{hash}", PEN_GET, pen_api_scene_get},
+	{"/v1/scenes/sha256/{hash}", PEN_PUT, pen_api_scene_put},
 	{"/v1/workers", PEN_GET, pen_api_workers},
 	{"/v1/farm", PEN_GET, pen_api_farm},
 	{"/metrics", PEN_GET, pen_api_metrics},

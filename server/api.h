@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <uv.h>
 
+struct pen_shelf;
 struct pen_watches;
 
 /* What version 1 of the HTTP interface offers: paths and methods to their handlers. */
@@ -19,6 +20,7 @@ struct pen_api {
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
 	struct pen_watches *watches;
+	struct pen_shelf *shelf;
 	unsigned streams;	/* of events, that have clients */
 	const char *assets_dir; /* see server/asset_file.h */
 	bool draining;		/* no new renders */

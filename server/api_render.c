@@ -92,6 +92,8 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	set(tree, "state", json_string_nocheck(pen_job_state_name(job->state)));
 	set(tree, "progress", json_real(pen_api_render_progress(job)));
 	set(tree, "priority", json_integer(job->priority));
+	set(tree, "preview", json_boolean(job->is_preview));
+	set(tree, "deadline", time_or_null(job->deadline_ms));
 	set(tree, "width", json_integer(job->width));
 	set(tree, "height", json_integer(job->height));
 	set(tree, "samples", json_integer(job->sampling.samples));

@@ -7,6 +7,7 @@
 #include "server/asset_file.h"
 #include "server/fields.h"
 #include "server/glb_request.h"
+#include "server/shelf.h"
 #include "server/submission.h"
 
 #include <stdio.h>
@@ -19,6 +20,7 @@ enum { READ_INLINE_MAX = 256 << 10 };
 struct submit {
 	uv_work_t work;
 	struct pen_exchange *exchange;
+	struct pen_shelf *shelf;
 	const char *assets_dir;
 	json_t *glb_scene; /* of a GLB, whose asset is not named yet; else NULL */
 	struct pen_submission_reading reading;
@@ -99,7 +101,7 @@ static int read_glb(struct submit *submit)
 	if (r == 0)
 		r = pen_glb_request_text(submit->glb_scene, &asset, &text, &size, &submit->err);
 	if (r == 0)
-		r = pen_submission_read(text, size, &submit->reading, &submit->err);
+		r = pen_submission_read(text, size, submit->shelf, &submit->reading, &submit->err);
 	free(text);
 	return r;
 }
@@ -109,9 +111,10 @@ static void read_body(uv_work_t *work)
 	struct submit *submit = work->data;
 	const struct pen_buf *body = &submit->exchange->body;
 
-	submit->result = submit->glb_scene ? read_glb(submit)
-					   : pen_submission_read(body->data ? body->data : "",
-						     body->size, &submit->reading, &submit->err);
+	submit->result = submit->glb_scene
+				 ? read_glb(submit)
+				 : pen_submission_read(body->data ? body->data : "", body->size,
+					   submit->shelf, &submit->reading, &submit->err);
 	if (submit->result == 0)
 		submit->result = check_assets(submit);
 }
@@ -191,6 +194,7 @@ void pen_api_submit(struct pen_exchange *exchange, const struct pen_api_paramete
 		return;
 	}
 	submit->exchange = exchange;
+	submit->shelf = exchange->api->shelf;
 	submit->assets_dir = exchange->api->assets_dir;
 	submit->work.data = submit;
 	if (exchange->upload && pen_glb_request_read(exchange, &submit->glb_scene, &err) < 0) {
@@ -198,7 +202,8 @@ void pen_api_submit(struct pen_exchange *exchange, const struct pen_api_paramete
 		pen_exchange_error(exchange, &err);
 		return;
 	}
-	if ((!exchange->upload && exchange->body.size < READ_INLINE_MAX) ||
+	if ((!exchange->upload && exchange->body.size < READ_INLINE_MAX &&
+		    !pen_shelf_is_slow(submit->shelf)) ||
 		uv_queue_work(exchange->api->loop, &submit->work, read_body, body_read) < 0) {
 		read_body(&submit->work);
 		body_read(&submit->work, 0);

@@ -21,7 +21,7 @@ static const char prefix[] = "\"sha256:";
 struct pen_asset_sweep {
 	uv_timer_t timer;
 	uv_work_t work;
-	const char *assets_dir, *scenes_dir;
+	const char *assets_dir, *scenes_dir, *kept_dir;
 	uint32_t keep_s;
 	bool working, destroyed;
 };
@@ -142,6 +142,21 @@ static unsigned remove_unnamed(int dir, const struct candidates *candidates, uin
 	return removed;
 }
 
+static void remove_kept(const char *kept_dir, uint32_t keep_s)
+{
+	DIR *kept = opendir(kept_dir);
+	const struct dirent *entry;
+	struct pen_sha256 sha256;
+
+	while (kept && (entry = readdir(kept)))
+		if (strlen(entry->d_name) == PEN_SHA256_TEXT - 1 &&
+			pen_sha256_parse(entry->d_name, &sha256) &&
+			is_old(dirfd(kept), entry->d_name, keep_s))
+			(void)unlinkat(dirfd(kept), entry->d_name, 0);
+	if (kept)
+		(void)closedir(kept);
+}
+
 static void run(uv_work_t *work)
 {
 	const struct pen_asset_sweep *sweep = work->data;
@@ -151,9 +166,12 @@ static void run(uv_work_t *work)
 
 	if (!assets)
 		return;
+	remove_kept(sweep->kept_dir, sweep->keep_s);
 	collect(assets, sweep->keep_s, &candidates);
 	if (!candidates.failed && candidates.count > 0)
 		mark_scenes(sweep->scenes_dir, &candidates);
+	if (!candidates.failed && candidates.count > 0)
+		mark_scenes(sweep->kept_dir, &candidates);
 	if (!candidates.failed)
 		removed = remove_unnamed(dirfd(assets), &candidates, sweep->keep_s);
 	if (removed > 0)
@@ -188,7 +206,8 @@ static void handle_due(uv_timer_t *timer)
 }
 
 int pen_asset_sweep_create(uv_loop_t *loop, const char *assets_dir, const char *scenes_dir,
-	uint32_t keep_s, struct pen_asset_sweep **ret_sweep, struct pen_error *err)
+	const char *kept_dir, uint32_t keep_s, struct pen_asset_sweep **ret_sweep,
+	struct pen_error *err)
 {
 	struct pen_asset_sweep *sweep = calloc(1, sizeof *sweep);
 
@@ -196,6 +215,7 @@ int pen_asset_sweep_create(uv_loop_t *loop, const char *assets_dir, const char *
 		return pen_error_memory(err);
 	sweep->assets_dir = assets_dir;
 	sweep->scenes_dir = scenes_dir;
+	sweep->kept_dir = kept_dir;
 	sweep->keep_s = keep_s;
 	sweep->work.data = sweep;
 	(void)uv_timer_init(loop, &sweep->timer);

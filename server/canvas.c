@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum task_type { TASK_CREATE, TASK_OPEN, TASK_MERGE, TASK_DECIDE, TASK_SYNC };
+enum task_type { TASK_CREATE, TASK_OPEN, TASK_MERGE, TASK_DECIDE, TASK_SYNC, TASK_REACH };
 
 struct task {
 	struct task *next;
@@ -189,6 +189,7 @@ static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_err
 	case TASK_OPEN: return check_file(canvas, err);
 	case TASK_MERGE: return merge(canvas, task, err);
 	case TASK_DECIDE: return decide(canvas, err);
+	case TASK_REACH: return 0;
 	case TASK_SYNC:
 		if (fsync(canvas->fd) < 0)
 			return pen_error_system(err, errno, "cannot write the framebuffer");
@@ -224,7 +225,8 @@ static void deliver(struct pen_canvas *canvas, const struct task *task)
 		events->merged(events->user, canvas->job, canvas->frame, task->tile, &task->state);
 		break;
 	case TASK_DECIDE: events->decided(events->user, canvas->job, canvas->frame); break;
-	case TASK_SYNC: events->synced(events->user, canvas->job, canvas->frame); break;
+	case TASK_SYNC:
+	case TASK_REACH: events->synced(events->user, canvas->job, canvas->frame); break;
 	}
 }
 
@@ -366,9 +368,9 @@ bool pen_canvas_mask(
 	return canvas->quota.rounds && pen_quota_mask(&canvas->quota, tile, round, ret_mask);
 }
 
-int pen_canvas_sync(struct pen_canvas *canvas, struct pen_error *err)
+int pen_canvas_sync(struct pen_canvas *canvas, bool is_durable, struct pen_error *err)
 {
-	return add_task(canvas, TASK_SYNC, 0, 0, NULL, err);
+	return add_task(canvas, is_durable ? TASK_SYNC : TASK_REACH, 0, 0, NULL, err);
 }
 
 void pen_canvas_destroy(struct pen_canvas *canvas)

@@ -6,6 +6,7 @@
 #include "server/framebuf.h"
 #include "server/quota.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <uv.h>
 
@@ -68,8 +69,11 @@ struct pen_demand pen_canvas_demand(const struct pen_canvas *canvas, uint32_t ti
 bool pen_canvas_mask(
 	const struct pen_canvas *canvas, uint32_t tile, uint32_t round, uint8_t *ret_mask);
 
-/* The file is on the disk when synced is told. */
-int pen_canvas_sync(struct pen_canvas *canvas, struct pen_error *err);
+/*
+ * The file is on the disk when synced is told; when it need not be durable, what was asked for
+ * before is done.
+ */
+int pen_canvas_sync(struct pen_canvas *canvas, bool is_durable, struct pen_error *err);
 
 /* No event comes after this; what has not begun is dropped. May be called from within an event. */
 void pen_canvas_destroy(struct pen_canvas *canvas);

@@ -23,7 +23,7 @@ const char pen_config_usage[] =
 	"  --processes N              render processes here (one for each core; 0: none)\n"
 	"  --isa v2|v3|v4             instruction set of the local farm (the best there is)\n"
 	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
-	"  --keep-assets HOURS        uploaded files that no render names (24)\n"
+	"  --keep-assets HOURS        kept scenes, and files that no scene names (24)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
 	"  --help                     print this\n"

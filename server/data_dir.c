@@ -80,6 +80,8 @@ int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_er
 	if (r == 0)
 		r = make_inside(path, "assets", data->assets, err);
 	if (r == 0)
+		r = make_inside(path, "kept", data->kept, err);
+	if (r == 0)
 		r = make_inside(path, "frames", frames, err);
 	if (r == 0)
 		r = make_inside(path, "cache", data->cache, err);

@@ -7,12 +7,12 @@
 #include <limits.h>
 
 /*
- * The data directory of one coordinator: penumbra.db, scenes/, assets/, frames/, cache/, ports, and
- * lock, which keeps a second coordinator out.
+ * The data directory of one coordinator: penumbra.db, scenes/, assets/, kept/, frames/, cache/,
+ * ports, and lock, which keeps a second coordinator out.
  */
 struct pen_data_dir {
 	const char *path; /* borrowed */
-	char scenes[PATH_MAX], assets[PATH_MAX], cache[PATH_MAX];
+	char scenes[PATH_MAX], assets[PATH_MAX], kept[PATH_MAX], cache[PATH_MAX];
 	int lock_fd;
 };
 

@@ -337,6 +337,13 @@ void pen_dispatch_report(struct pen_dispatch *dispatch, const struct pen_msg_sce
 		dispatch->jobs.reported(dispatch->jobs.user, report);
 }
 
+bool pen_dispatch_text(const struct pen_dispatch *dispatch, const struct pen_sha256 *sha256,
+	int *ret_fd, uint64_t *ret_size)
+{
+	return !dispatch->stopped &&
+	       dispatch->jobs.text(dispatch->jobs.user, sha256, ret_fd, ret_size);
+}
+
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch)
 {
 	return pen_sched_waiting(dispatch->sched);

@@ -37,6 +37,8 @@ struct pen_dispatch_jobs {
 	void (*ended)(void *user, uint64_t number, enum pen_dispatch_end end, const char *reason);
 	/* A worker has built a job's scene, or cannot: any job, known or not. */
 	void (*reported)(void *user, const struct pen_msg_scene_report *report);
+	/* The text of a scene that is in no file: a descriptor for the caller. */
+	bool (*text)(void *user, const struct pen_sha256 *sha256, int *ret_fd, uint64_t *ret_size);
 	void *user;
 };
 
@@ -101,6 +103,10 @@ enum pen_dispatch_outcome pen_dispatch_failure(
 	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure);
 
 void pen_dispatch_report(struct pen_dispatch *dispatch, const struct pen_msg_scene_report *report);
+
+/* See text of struct pen_dispatch_jobs. */
+bool pen_dispatch_text(const struct pen_dispatch *dispatch, const struct pen_sha256 *sha256,
+	int *ret_fd, uint64_t *ret_size);
 
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch);
 uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch);

@@ -139,7 +139,8 @@ static void send_scene(struct worker *worker, const struct pen_sha256 *sha256)
 	uint64_t size = 0;
 	int fd = -1;
 
-	(void)pen_scene_file_open(worker->farm->scenes_dir, sha256, &fd, &size, NULL);
+	if (!pen_dispatch_text(worker->farm->dispatch, sha256, &fd, &size))
+		(void)pen_scene_file_open(worker->farm->scenes_dir, sha256, &fd, &size, NULL);
 	pen_link_send_file(worker->link, PEN_FRAME_SCENE_DATA, sha256, fd, size);
 }
 

@@ -515,6 +515,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 		.jobs = options->jobs,
 		.farm = options->farm,
 		.encoders = options->encoders,
+		.shelf = options->shelf,
 		.assets_dir = options->assets_dir,
 		.boot = (uint64_t)pen_clock_wall_ms(),
 	};

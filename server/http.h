@@ -10,6 +10,8 @@
 #include <netinet/in.h>
 #include <uv.h>
 
+struct pen_shelf;
+
 /*
  * The HTTP interface (shared contract: paths, methods, status codes and field names of version 1)
  * on the loop's thread: libmicrohttpd's epoll descriptor on a uv_poll, its timeout on a uv_timer.
@@ -22,6 +24,7 @@ struct pen_http_options {
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
+	struct pen_shelf *shelf;
 	const char *assets_dir; /* see server/asset_file.h; borrowed */
 };
 

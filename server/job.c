@@ -2,9 +2,11 @@
 #include "server/job.h"
 
 #include "core/base/clock.h"
+#include "core/base/log.h"
 #include "server/accept.h"
 #include "server/job_texts.h"
 #include "server/plan.h"
+#include "server/preview.h"
 #include "server/run.h"
 #include "server/store.h"
 
@@ -73,6 +75,7 @@ static int run_create(struct pen_jobs *jobs, const struct pen_submission *submis
 		free(run);
 		return r;
 	}
+	run->text = -1;
 	run->job.number = ++jobs->number_last;
 	run->job.priority = submission->priority;
 	*ret_run = run;
@@ -99,6 +102,17 @@ static void handle_accepted(void *user, const struct pen_error *err)
 	pen_change_finish(change, run ? &run->job : NULL, &result);
 }
 
+/* One that has gone, or is over, needs no cancelling. */
+static void cancel_replaced(struct pen_jobs *jobs, const char *id)
+{
+	struct pen_job *job = pen_jobs_find(jobs, id, NULL);
+	struct pen_error err;
+
+	if (job && !pen_job_is_over(job->state) &&
+		pen_jobs_set_state(jobs, job, PEN_JOB_CANCELLED, NULL, NULL, &err) < 0)
+		pen_log(PEN_LOG_INFO, "render %s: %s", id, err.text);
+}
+
 int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,
 	void *user, struct pen_error *err)
 {
@@ -120,14 +134,21 @@ int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pe
 		return r;
 	}
 	change->accepted = run;
-	r = pen_store_add_job(jobs->options.store, &run->job, canonical, submission->canonical_size,
-		handle_accepted, change, err);
+	if (run->job.is_preview) {
+		r = pen_preview_keep_text(run, canonical, submission->canonical_size, err);
+		canonical = NULL;
+	}
+	if (r == 0)
+		r = pen_store_add_job(jobs->options.store, &run->job, canonical,
+			submission->canonical_size, handle_accepted, change, err);
 	if (r < 0) {
 		free(change);
 		pen_run_destroy(run);
 		return r;
 	}
 	jobs->unfinished_count++;
+	if (submission->replaces[0])
+		cancel_replaced(jobs, submission->replaces);
 	return 0;
 }
 
@@ -196,6 +217,8 @@ static void handle_removed(void *user, const struct pen_error *err)
 		pen_run_unlink(jobs, &run->job);
 		if (!pen_job_is_over(run->job.state))
 			pen_run_retire(jobs, run);
+		else if (run->job.is_preview)
+			pen_preview_leaves(jobs, run);
 		pen_job_table_remove(&jobs->table, &run->job);
 		pen_run_destroy(run);
 	} else {
@@ -228,6 +251,12 @@ int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, 
 	pen_dispatch_remove_job(jobs->options.dispatch, job->number);
 	pen_run_halt(run);
 	return 0;
+}
+
+void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user)
+{
+	jobs->heard = fn;
+	jobs->listener = user;
 }
 
 struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed)
@@ -340,6 +369,7 @@ static int load_job(void *user, const struct pen_job *stored, struct pen_error *
 	if (!run)
 		return pen_error_memory(err);
 	run->job = *stored;
+	run->text = -1;
 	r = pen_job_texts_copy(&run->job, err);
 	run->job.eta_seconds = -1;
 	run->passed = run->job.frames_done;
@@ -404,13 +434,28 @@ static void sweep_frames(struct pen_jobs *jobs)
 		(void)closedir(frames);
 }
 
+static void fail_overdue(struct pen_jobs *jobs, struct pen_run *run)
+{
+	struct pen_error why = PEN_ERROR_INIT, err;
+
+	(void)pen_error_set(&why, PEN_ELIMIT, "it was not done by its deadline");
+	if (pen_run_store_state(jobs, run, PEN_JOB_FAILED, &why, NULL, NULL, &err) < 0)
+		return; /* the next tick tries again */
+	pen_dispatch_remove_job(jobs->options.dispatch, run->job.number);
+	pen_run_halt(run);
+}
+
 static void handle_tick(uv_timer_t *timer)
 {
 	struct pen_jobs *jobs = timer->data;
+	const int64_t now_ms = pen_clock_wall_ms();
 
 	for (struct pen_run *run = TAILQ_FIRST(&jobs->unfinished); run;
-		run = TAILQ_NEXT(run, unfinished))
+		run = TAILQ_NEXT(run, unfinished)) {
 		pen_run_tick(jobs, run);
+		if (run->job.deadline_ms != 0 && run->job.deadline_ms <= now_ms && !run->ending)
+			fail_overdue(jobs, run);
+	}
 }
 
 int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,
@@ -426,6 +471,7 @@ int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,
 	jobs->options = *options;
 	pen_job_table_init(&jobs->table);
 	TAILQ_INIT(&jobs->unfinished);
+	TAILQ_INIT(&jobs->previews);
 	(void)uv_timer_init(loop, &jobs->timer);
 	jobs->timer.data = jobs;
 	r = pen_store_load(options->store, &visitor, err);

@@ -48,10 +48,14 @@ struct pen_job {
 	char id[PEN_JOB_ID_TEXT];
 	uint64_t number; /* rises with each job; newest = highest */
 	enum pen_job_state state;
-	char *name;			/* from the options, or NULL */
-	struct pen_sha256 scene_sha256; /* of the canonical text */
-	char *equivalence_class;	/* NULL until its first unit is leased */
-	char content[PEN_SHA256_TEXT];	/* content address; "" until the class is known */
+	char *name;			 /* from the options, or NULL */
+	bool is_preview;		 /* nothing of it outlives the coordinator */
+	int64_t deadline_ms;		 /* not done by then, it fails; wall time, 0 = none */
+	bool has_key;			 /* it was asked for with an Idempotency-Key: */
+	struct pen_sha256 key, key_body; /* the digest of that, and of what came with it */
+	struct pen_sha256 scene_sha256;	 /* of the canonical text */
+	char *equivalence_class;	 /* NULL until its first unit is leased */
+	char content[PEN_SHA256_TEXT];	 /* content address; "" until the class is known */
 	uint32_t priority;
 	uint32_t width, height;	  /* of the whole image */
 	struct pen_tiling tiling; /* of each frame */
@@ -123,14 +127,18 @@ struct pen_submission {
 	size_t canonical_size;
 	const char *name; /* NULL without one */
 	uint32_t priority;
+	bool is_preview;
+	double deadline_s;		/* from now on; 0 = none */
+	char replaces[PEN_JOB_ID_TEXT]; /* a render that is cancelled for it; "" = none */
 };
 
 /* job is NULL on failure; called from the loop, never from within the call that took it. */
 typedef void pen_job_fn(void *user, struct pen_job *job, const struct pen_error *err);
 
 /*
- * Accepts a render: fn runs when it is durable (P1). PEN_ELIMIT at once when
- * PEN_JOBS_QUEUED_MAX wait, PEN_ENOSPACE when the disk is nearly full, PEN_ECLOSED when draining.
+ * Accepts a render: fn runs when it is durable (P1), or at the next turn of the loop for a preview.
+ * PEN_ELIMIT at once when PEN_JOBS_QUEUED_MAX wait, PEN_ENOSPACE when the disk is nearly full,
+ * PEN_ECLOSED when draining.
  */
 int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,
 	void *user, struct pen_error *err);
@@ -148,6 +156,9 @@ int pen_jobs_set_priority(struct pen_jobs *jobs, struct pen_job *job, uint32_t p
 /* Cancels it if it runs and removes it with its files; fn (with job NULL and err->code 0) after. */
 int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, void *user,
 	struct pen_error *err);
+
+/* fn, or nothing when it is NULL, runs whenever a render is over; it must not ask for a change. */
+void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user);
 
 /* NULL when there is none. *ret_removed (may be NULL) tells whether there once was one. */
 struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed);

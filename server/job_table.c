@@ -111,6 +111,15 @@ void pen_job_table_remove(struct pen_job_table *table, const struct pen_job *job
 		(table->count - place) * sizeof(struct pen_job *));
 }
 
+void pen_job_table_forget(struct pen_job_table *table, const struct pen_job *job)
+{
+	struct id_entry *entry = find_entry(table, job->id);
+
+	pen_job_table_remove(table, job);
+	(void)tdelete(entry, &table->ids, compare_entries);
+	free(entry);
+}
+
 int pen_job_table_add_removed(struct pen_job_table *table, const char *id, struct pen_error *err)
 {
 	return add_id(table, id, NULL, err);

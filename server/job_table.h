@@ -28,6 +28,9 @@ void pen_job_table_remove(struct pen_job_table *table, const struct pen_job *job
 int pen_job_table_add_removed(struct pen_job_table *table, const char *id, struct pen_error *err);
 
 /* NULL when there is none; *ret_removed tells whether there once was one. */
+/* The same, and nobody will know that there once was one. */
+void pen_job_table_forget(struct pen_job_table *table, const struct pen_job *job);
+
 struct pen_job *pen_job_table_find(
 	const struct pen_job_table *table, const char *id, bool *ret_removed);
 struct pen_job *pen_job_table_find_number(const struct pen_job_table *table, uint64_t number);

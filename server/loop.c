@@ -9,6 +9,7 @@
 #include "server/farm.h"
 #include "server/http.h"
 #include "server/job.h"
+#include "server/shelf.h"
 #include "server/sibling.h"
 #include "server/spawn.h"
 #include "server/store.h"
@@ -39,6 +40,7 @@ struct pen_server {
 	struct pen_http *http;
 	struct pen_spawn *spawn;
 	struct pen_asset_sweep *sweep;
+	struct pen_shelf *shelf;
 	bool stopping;
 	struct pen_error failure; /* code < 0: why it had to stop */
 };
@@ -168,6 +170,10 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 
 	if (r < 0)
 		return r;
+	r = pen_shelf_create(server->data.kept, &server->shelf, err);
+	if (r < 0)
+		return r;
+	options.shelf = server->shelf;
 	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
 	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
 	if (r < 0)
@@ -238,7 +244,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 		r = start_worker(&server, worker_host, err);
 	if (r == 0)
 		r = pen_asset_sweep_create(&server.loop, server.data.assets, server.data.scenes,
-			config->keep_assets_s, &server.sweep, err);
+			server.data.kept, config->keep_assets_s, &server.sweep, err);
 	if (r == 0)
 		r = announce(&server, worker_host, err);
 	if (r < 0)
@@ -252,6 +258,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	closed = uv_loop_close(&server.loop);
 	assert(closed == 0); /* no handle is left */
 	pen_dispatch_destroy(server.dispatch);
+	pen_shelf_destroy(server.shelf);
 	pen_data_dir_close(&server.data);
 	if (r == 0 && server.failure.code < 0) {
 		*err = server.failure;

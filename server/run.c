@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "core/base/log.h"
 #include "server/job_texts.h"
+#include "server/preview.h"
 #include "server/report.h"
 #include "server/store.h"
 
@@ -68,6 +69,8 @@ void pen_run_destroy(struct pen_run *run)
 		return;
 	drop_frames(run);
 	pen_job_texts_free(&run->job);
+	if (run->text >= 0)
+		(void)close(run->text);
 	free(run);
 }
 
@@ -195,6 +198,10 @@ static void show_end(struct pen_jobs *jobs, struct pen_run *run, const struct pe
 	pen_run_retire(jobs, run);
 	pen_log(PEN_LOG_INFO, "render %s: %s%s%s", run->job.id, pen_job_state_name(change->state),
 		change->error.text[0] ? ": " : "", change->error.text);
+	if (run->job.is_preview)
+		pen_preview_ended(jobs, run);
+	if (jobs->heard)
+		jobs->heard(jobs->listener);
 }
 
 static void handle_state_stored(void *user, const struct pen_error *err)
@@ -266,7 +273,7 @@ static void sync_frame(struct pen_run *run, struct pen_run_frame *frame)
 	struct pen_error err;
 
 	/* Without a canvas it has been given up already. */
-	if (frame->canvas && pen_canvas_sync(frame->canvas, &err) < 0)
+	if (frame->canvas && pen_canvas_sync(frame->canvas, !run->job.is_preview, &err) < 0)
 		pen_run_give_up(run, &err);
 }
 
@@ -705,6 +712,12 @@ static void restart(struct pen_jobs *jobs, struct pen_run *run)
 	}
 }
 
+static bool dispatch_text(
+	void *user, const struct pen_sha256 *sha256, int *ret_fd, uint64_t *ret_size)
+{
+	return pen_preview_open_text(user, sha256, ret_fd, ret_size);
+}
+
 static void dispatch_ended(
 	void *user, uint64_t number, enum pen_dispatch_end end, const char *reason)
 {
@@ -726,7 +739,8 @@ static void dispatch_ended(
 void pen_run_connect(struct pen_jobs *jobs)
 {
 	struct pen_dispatch_jobs calls = {dispatch_find, dispatch_started, dispatch_merge,
-		dispatch_mask, dispatch_decide, dispatch_ended, dispatch_reported, jobs};
+		dispatch_mask, dispatch_decide, dispatch_ended, dispatch_reported, dispatch_text,
+		jobs};
 
 	pen_dispatch_connect_jobs(jobs->options.dispatch, &calls);
 }

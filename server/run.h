@@ -30,10 +30,11 @@ struct pen_run_frame {
 };
 
 struct pen_run {
-	struct pen_job job; /* what is shown; first, so that a pen_job is a pen_run */
-	TAILQ_ENTRY(pen_run) unfinished;
+	struct pen_job job;		 /* what is shown; first, so that a pen_job is a pen_run */
+	TAILQ_ENTRY(pen_run) unfinished; /* or of previews */
 
 	/* Of an unfinished one. */
+	int text;					  /* of a preview's scene; else -1 */
 	struct pen_run_frame frames[PEN_REEL_FRAMES_MAX]; /* frame n is at n modulo their number */
 	uint32_t passed; /* frames, from the first on, that are on the disk: job.frames_done will be
 			    that when it is stored */
@@ -52,8 +53,12 @@ struct pen_jobs {
 	uv_loop_t *loop;
 	struct pen_jobs_options options;
 	struct pen_job_table table;
-	TAILQ_HEAD(, pen_run) unfinished;
-	uint32_t unfinished_count; /* those that are being accepted, too */
+	TAILQ_HEAD(pen_run_list, pen_run) unfinished;
+	uint32_t unfinished_count;    /* those that are being accepted, too */
+	struct pen_run_list previews; /* that are over, in that order */
+	uint32_t preview_count;
+	void (*heard)(void *user); /* see pen_jobs_listen; or NULL */
+	void *listener;
 	uint64_t number_last;
 	bool closed;
 	bool broken;

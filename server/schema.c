@@ -57,4 +57,10 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	" frames_done * samples * (crop_x1 - crop_x0) * (crop_y1 - crop_y0);"
 	"PRAGMA user_version = 5;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN deadline_ms INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE jobs ADD COLUMN key BLOB;"
+	"ALTER TABLE jobs ADD COLUMN key_body BLOB;"
+	"PRAGMA user_version = 6;"
+	"COMMIT;",
 };

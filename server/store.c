@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "server/durable.h"
+#include "server/job_row.h"
 #include "server/job_texts.h"
 #include "server/scene_file.h"
 #include "server/schema.h"
@@ -23,15 +24,7 @@ static const char *const statement_texts[] = {
 	"BEGIN IMMEDIATE",
 	"COMMIT",
 	"ROLLBACK",
-	"INSERT OR REPLACE INTO jobs (number, id, state, name, scene, class, content, priority,"
-	" width, height, crop_x0, crop_y0, crop_x1, crop_y1, tile_px, samples, exposure,"
-	" units_done, units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms,"
-	" restarts, error_code, error_text, image_revision, aovs, mode, threshold, error,"
-	" confidence, min_samples, frame_first, frame_count, frames_done, errors,"
-	" warnings, samples_passed)"
-	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17,"
-	" ?18, ?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34,"
-	" ?35, ?36, ?37, ?38, ?39, ?40)",
+	pen_job_row_put,
 	"INSERT OR REPLACE INTO tiles (job, frame, tile, rounds, xxh3) VALUES (?1, ?2, ?3, ?4, ?5)",
 	"DELETE FROM tiles WHERE job = ?1",
 	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
@@ -73,13 +66,6 @@ static const char raise_revisions[] =
 	"UPDATE jobs SET image_revision = image_revision + units_total + 1"
 	" WHERE state < 3 AND class IS NOT NULL";
 
-static const char load_jobs[] =
-	"SELECT number, id, state, name, scene, class, content, priority, width, height, crop_x0,"
-	" crop_y0, crop_x1, crop_y1, tile_px, samples, exposure, units_done, units_total,"
-	" tiles_done, samples_done, created_ms, started_ms, finished_ms, restarts, error_code,"
-	" error_text, image_revision, aovs, mode, threshold, error, confidence, min_samples,"
-	" frame_first, frame_count, frames_done, errors, warnings, samples_passed FROM jobs ORDER "
-	"BY number";
 static const char load_tiles[] = "SELECT frame, tile, rounds, xxh3 FROM tiles WHERE job = ?1";
 static const char load_removed[] = "SELECT id FROM removed";
 
@@ -181,61 +167,9 @@ static void bind_number(sqlite3_stmt *statement, int place, uint64_t number)
 	(void)sqlite3_bind_int64(statement, place, (sqlite3_int64)number);
 }
 
-static void bind_text(sqlite3_stmt *statement, int place, const char *text)
-{
-	(void)sqlite3_bind_text(statement, place, text, -1, SQLITE_STATIC);
-}
-
-static void bind_scene(sqlite3_stmt *statement, int place, const struct pen_sha256 *sha256)
-{
-	(void)sqlite3_bind_blob(
-		statement, place, sha256->bytes, sizeof sha256->bytes, SQLITE_STATIC);
-}
-
 static int put_job(struct pen_store *store, const struct pen_job *job, struct pen_error *err)
 {
-	sqlite3_stmt *statement = store->statements[PUT_JOB];
-
-	bind_number(statement, 1, job->number);
-	bind_text(statement, 2, job->id);
-	bind_number(statement, 3, job->state);
-	bind_text(statement, 4, job->name);
-	bind_scene(statement, 5, &job->scene_sha256);
-	bind_text(statement, 6, job->equivalence_class);
-	bind_text(statement, 7, job->content);
-	bind_number(statement, 8, job->priority);
-	bind_number(statement, 9, job->width);
-	bind_number(statement, 10, job->height);
-	bind_number(statement, 11, job->tiling.crop.x0);
-	bind_number(statement, 12, job->tiling.crop.y0);
-	bind_number(statement, 13, job->tiling.crop.x1);
-	bind_number(statement, 14, job->tiling.crop.y1);
-	bind_number(statement, 15, job->tiling.tile_px);
-	bind_number(statement, 16, job->sampling.samples);
-	(void)sqlite3_bind_double(statement, 17, job->exposure);
-	bind_number(statement, 18, job->units_done);
-	bind_number(statement, 19, job->units_total);
-	bind_number(statement, 20, job->tiles_done);
-	bind_number(statement, 21, job->samples_done);
-	bind_number(statement, 22, (uint64_t)job->created_ms);
-	bind_number(statement, 23, (uint64_t)job->started_ms);
-	bind_number(statement, 24, (uint64_t)job->finished_ms);
-	bind_number(statement, 25, job->restarts);
-	(void)sqlite3_bind_int(statement, 26, job->error.code);
-	bind_text(statement, 27, job->error.text);
-	bind_number(statement, 28, job->image_revision);
-	bind_number(statement, 29, job->aovs);
-	bind_number(statement, 30, job->sampling.mode);
-	(void)sqlite3_bind_double(statement, 31, job->sampling.threshold);
-	(void)sqlite3_bind_double(statement, 32, job->sampling.error);
-	(void)sqlite3_bind_double(statement, 33, job->sampling.confidence);
-	bind_number(statement, 34, job->sampling.min_samples);
-	bind_number(statement, 35, job->frame_first);
-	bind_number(statement, 36, job->frame_count);
-	bind_number(statement, 37, job->frames_done);
-	bind_text(statement, 38, job->errors);
-	bind_text(statement, 39, job->warnings);
-	bind_number(statement, 40, job->samples_passed);
+	pen_job_row_bind(store->statements[PUT_JOB], job);
 	return run(store, PUT_JOB, NULL, err);
 }
 
@@ -294,7 +228,8 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 		r = forget(store, FORGET_TILES, job->number, err);
 		if (r == 0)
 			r = forget(store, FORGET_JOB, job->number, err);
-		bind_text(store->statements[PUT_REMOVED], 1, job->id);
+		(void)sqlite3_bind_text(
+			store->statements[PUT_REMOVED], 1, job->id, -1, SQLITE_STATIC);
 		return r < 0 ? r : run(store, PUT_REMOVED, NULL, err);
 	}
 	return 0;
@@ -305,7 +240,8 @@ static void remove_scene(struct pen_store *store, const struct pen_sha256 *sha25
 {
 	int64_t count = 1;
 
-	bind_scene(store->statements[COUNT_SCENE], 1, sha256);
+	(void)sqlite3_bind_blob(store->statements[COUNT_SCENE], 1, sha256->bytes,
+		sizeof sha256->bytes, SQLITE_STATIC);
 	if (run(store, COUNT_SCENE, &count, NULL) == 0 && count == 0)
 		pen_scene_file_remove(store->scenes_dir, sha256);
 }
@@ -396,8 +332,11 @@ static int submit(struct pen_store *store, struct request *request, struct pen_e
 	bool full;
 
 	(void)pthread_mutex_lock(&store->lock);
-	full = store->waiting_count == PEN_STORE_QUEUE_MAX;
-	if (!full) {
+	full = store->waiting_count == PEN_STORE_QUEUE_MAX && !request->job.is_preview;
+	if (request->job.is_preview) {
+		list_append(&store->done, request);
+		(void)uv_async_send(&store->answered);
+	} else if (!full) {
 		list_append(&store->waiting, request);
 		store->waiting_count++;
 		(void)pthread_cond_signal(&store->wake);
@@ -494,72 +433,6 @@ static uint64_t column_number(sqlite3_stmt *row, int column)
 	return (uint64_t)sqlite3_column_int64(row, column);
 }
 
-static bool frames_valid(const struct pen_job *job)
-{
-	return job->frame_first > 0 && job->frame_count > 0 && job->frame_count <= PEN_FRAMES_MAX &&
-	       job->frame_first <= UINT32_MAX - job->frame_count &&
-	       job->frames_done <= job->frame_count;
-}
-
-static char *column_text(sqlite3_stmt *row, int column)
-{
-	return (char *)(uintptr_t)sqlite3_column_text(row, column);
-}
-
-/* The texts are the row's; false when the row is not one this program has written. */
-static bool read_job(sqlite3_stmt *row, struct pen_job *ret_job)
-{
-	struct pen_rect crop = {column_count(row, 10), column_count(row, 11), column_count(row, 12),
-		column_count(row, 13)};
-	uint32_t tile_px = column_count(row, 14);
-	struct pen_job job = {.number = column_number(row, 0)};
-
-	copy_text(job.id, sizeof job.id, row, 1);
-	job.state = (enum pen_job_state)column_count(row, 2);
-	copy_text(job.content, sizeof job.content, row, 6);
-	job.priority = column_count(row, 7);
-	job.width = column_count(row, 8);
-	job.height = column_count(row, 9);
-	job.sampling.samples = column_count(row, 15);
-	job.exposure = sqlite3_column_double(row, 16);
-	job.units_done = column_number(row, 17);
-	job.units_total = column_number(row, 18);
-	job.tiles_done = column_number(row, 19);
-	job.samples_done = column_number(row, 20);
-	job.created_ms = sqlite3_column_int64(row, 21);
-	job.started_ms = sqlite3_column_int64(row, 22);
-	job.finished_ms = sqlite3_column_int64(row, 23);
-	job.restarts = column_count(row, 24);
-	job.error.code = sqlite3_column_int(row, 25);
-	copy_text(job.error.text, sizeof job.error.text, row, 26);
-	job.image_revision = column_number(row, 27);
-	job.aovs = column_count(row, 28);
-	job.sampling.mode = (enum pen_sampling_mode)column_count(row, 29);
-	job.sampling.threshold = sqlite3_column_double(row, 30);
-	job.sampling.error = sqlite3_column_double(row, 31);
-	job.sampling.confidence = sqlite3_column_double(row, 32);
-	job.sampling.min_samples = column_count(row, 33);
-	job.frame_first = column_count(row, 34);
-	job.frame_count = column_count(row, 35);
-	job.frames_done = column_count(row, 36);
-	job.samples_passed = column_number(row, 39);
-	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
-		sqlite3_column_bytes(row, 4) != sizeof job.scene_sha256 || !pen_rect_valid(crop) ||
-		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||
-		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.sampling.samples == 0 ||
-		job.sampling.samples > PEN_SAMPLES_MAX ||
-		job.sampling.mode > PEN_SAMPLING_INTERLEAVED || !frames_valid(&job))
-		return false;
-	memcpy(&job.scene_sha256, sqlite3_column_blob(row, 4), sizeof job.scene_sha256);
-	pen_tiling_init(&job.tiling, crop, tile_px);
-	job.name = column_text(row, 3);
-	job.equivalence_class = column_text(row, 5);
-	job.errors = column_text(row, 37);
-	job.warnings = column_text(row, 38);
-	*ret_job = job;
-	return true;
-}
-
 static int prepare(struct pen_store *store, const char *text, sqlite3_stmt **ret_statement,
 	struct pen_error *err)
 {
@@ -598,7 +471,7 @@ static int visit_job(struct pen_store *store, const struct pen_store_visitor *vi
 	struct pen_job job;
 	int r;
 
-	if (!read_job(row, &job))
+	if (!pen_job_row_read(row, &job))
 		return pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
 			(unsigned long long)column_number(row, 0));
 	r = visitor->job(visitor->user, &job, err);
@@ -609,7 +482,7 @@ static int visit_jobs(
 	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
 {
 	sqlite3_stmt *jobs = NULL, *tiles = NULL;
-	int r = prepare(store, load_jobs, &jobs, err), step;
+	int r = prepare(store, pen_job_row_load, &jobs, err), step;
 
 	if (r == 0)
 		r = prepare(store, load_tiles, &tiles, err);

@@ -16,6 +16,8 @@
  * owns the only connection and carries requests out in the order they were made; all that wait
  * are committed together. Its answers come from the loop, in the same order, after the commit.
  *
+ * Nothing of a preview is stored: what is requested of one is answered from the loop all the same.
+ *
  * When the disk is full (PEN_ENOSPACE) later requests may succeed; after any other failure of the
  * database all do fail.
  */

@@ -2,6 +2,7 @@
 #include "server/submission.h"
 
 #include "core/scene/canonical.h"
+#include "server/shelf.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -74,14 +75,28 @@ static const char *read_verify(struct pen_submission_reading *reading, const jso
 
 static const char *read_preview(struct pen_submission_reading *reading, const json_t *value)
 {
-	(void)reading;
-	return json_is_false(value) ? NULL : "anything but false is not supported yet";
+	reading->submission.is_preview = json_is_true(value);
+	return json_is_boolean(value) ? NULL : "must be true or false";
 }
 
-static const char *not_supported(struct pen_submission_reading *reading, const json_t *value)
+static const char *read_deadline(struct pen_submission_reading *reading, const json_t *value)
 {
-	(void)reading, (void)value;
-	return "is not supported yet";
+	const double seconds = json_number_value(value);
+
+	reading->submission.deadline_s = seconds;
+	return json_is_number(value) && seconds > 0 && seconds <= PEN_DEADLINE_S_MAX
+		       ? NULL
+		       : "must be a number of seconds above 0, at most a year";
+}
+
+static const char *read_replaces(struct pen_submission_reading *reading, const json_t *value)
+{
+	char *replaces = reading->submission.replaces;
+
+	if (json_string_length(value) != PEN_JOB_ID_TEXT - 1)
+		return "must be the id of a render";
+	(void)snprintf(replaces, PEN_JOB_ID_TEXT, "%s", json_string_value(value));
+	return NULL;
 }
 
 static void read_option(
@@ -95,8 +110,8 @@ static void read_option(
 		{"priority", read_priority},
 		{"verify", read_verify},
 		{"preview", read_preview},
-		{"deadline_s", not_supported},
-		{"replaces", not_supported},
+		{"deadline_s", read_deadline},
+		{"replaces", read_replaces},
 	};
 	const char *wrong = "is no option";
 
@@ -108,8 +123,33 @@ static void read_option(
 		blame(reading, "/options", key, wrong);
 }
 
+/* In place of its name the scene that is kept; NULL after blame. */
+static json_t *take_kept(
+	struct pen_submission_reading *reading, json_t *tree, struct pen_shelf *shelf)
+{
+	static const char prefix[] = "sha256:";
+	const char *text = json_string_value(json_object_get(tree, "scene"));
+	struct pen_sha256 name;
+	json_t *kept;
+
+	if (strncmp(text, prefix, strlen(prefix)) != 0 ||
+		strlen(text) != strlen(prefix) + PEN_SHA256_TEXT - 1 ||
+		!pen_sha256_parse(text + strlen(prefix), &name)) {
+		blame(reading, "/scene", NULL,
+			"must be an object, or \"sha256:\" and 64 hex digits");
+		return NULL;
+	}
+	if (pen_shelf_get(shelf, &name, &kept, NULL) < 0) {
+		blame(reading, "/scene", NULL,
+			"this scene is not kept here: PUT it to /v1/scenes/sha256/… first");
+		return NULL;
+	}
+	return json_object_set_new(tree, "scene", kept) == 0 ? kept : NULL;
+}
+
 /* The scene of an envelope with its override merged in; NULL after blame. Borrowed from tree. */
-static json_t *open_envelope(struct pen_submission_reading *reading, json_t *tree)
+static json_t *open_envelope(
+	struct pen_submission_reading *reading, json_t *tree, struct pen_shelf *shelf)
 {
 	json_t *scene = json_object_get(tree, "scene");
 	json_t *override = json_object_get(tree, "override");
@@ -128,12 +168,13 @@ static json_t *open_envelope(struct pen_submission_reading *reading, json_t *tre
 		read_option(reading, key, value);
 	}
 	if (json_is_string(scene))
-		blame(reading, "/scene", NULL, "a scene by its hash is not supported yet");
+		scene = take_kept(reading, tree, shelf);
 	else if (!json_is_object(scene))
 		blame(reading, "/scene", NULL, "must be an object");
-	else if (override && !json_is_object(override))
+	if (override && !json_is_object(override))
 		blame(reading, "/override", NULL, "must be an object");
-	else if (override && pen_json_merge_patch(scene, override, &err) < 0)
+	else if (override && json_is_object(scene) &&
+		 pen_json_merge_patch(scene, override, &err) < 0)
 		blame(reading, "/override", NULL, err.text);
 	return reading->errors.count == 0 ? scene : NULL;
 }
@@ -144,12 +185,6 @@ static int read_tree(struct pen_submission_reading *reading, json_t *tree, struc
 	struct pen_scene *scene;
 	int r;
 
-	if (json_object_get(tree, "scene")) {
-		tree = open_envelope(reading, tree);
-		if (!tree)
-			return pen_error_set(err, PEN_EINVALID, "the envelope is not valid");
-		reading->prefix = "/scene";
-	}
 	r = pen_scene_parse(tree, &scene, &reading->errors, err);
 	if (r < 0)
 		return r;
@@ -167,8 +202,19 @@ static int read_tree(struct pen_submission_reading *reading, json_t *tree, struc
 	return 0;
 }
 
-int pen_submission_read(const char *text, size_t size, struct pen_submission_reading *ret_reading,
-	struct pen_error *err)
+static int read_envelope(struct pen_submission_reading *reading, json_t *tree,
+	struct pen_shelf *shelf, struct pen_error *err)
+{
+	json_t *scene = open_envelope(reading, tree, shelf);
+
+	if (!scene)
+		return pen_error_set(err, PEN_EINVALID, "the envelope is not valid");
+	reading->prefix = "/scene";
+	return read_tree(reading, scene, err);
+}
+
+int pen_submission_read(const char *text, size_t size, struct pen_shelf *shelf,
+	struct pen_submission_reading *ret_reading, struct pen_error *err)
 {
 	json_t *tree;
 	int r;
@@ -180,7 +226,10 @@ int pen_submission_read(const char *text, size_t size, struct pen_submission_rea
 	r = pen_json_parse(text, size, &tree, err);
 	if (r < 0)
 		return r;
-	r = read_tree(ret_reading, tree, err);
+	if (json_object_get(tree, "scene"))
+		r = read_envelope(ret_reading, tree, shelf, err);
+	else
+		r = read_tree(ret_reading, tree, err);
 	json_decref(tree);
 	return r;
 }

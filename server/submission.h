@@ -8,9 +8,12 @@
 
 #include <stddef.h>
 
+struct pen_shelf;
+
 /*
  * What the body of a POST asks for: a scene, or the envelope {"scene", "override", "options"}.
- * Reading it touches nothing else, so that any thread may do it.
+ * Reading it touches nothing else but the shelf, which has the scenes that are named by their hash,
+ * so that any thread may do it.
  */
 struct pen_submission_reading {
 	struct pen_submission submission; /* its name lies in name; unset after a failure */
@@ -23,7 +26,7 @@ struct pen_submission_reading {
  * On failure err tells why, and errors each offender if there is a place to point at. On success
  * the caller owns scene and canonical of the submission.
  */
-int pen_submission_read(const char *text, size_t size, struct pen_submission_reading *ret_reading,
-	struct pen_error *err);
+int pen_submission_read(const char *text, size_t size, struct pen_shelf *shelf,
+	struct pen_submission_reading *ret_reading, struct pen_error *err);
 
 #endif

@@ -142,7 +142,7 @@ void pen_tile_news_flush(
 	for (size_t i = 0; i < news->count; i++)
 		if (news->items[i].frame >= job->frame_first + job->frames_done)
 			news->items[count++] = news->items[i];
-	if (count > 0)
+	if (count > 0 && !job->is_preview)
 		(void)pen_store_put_tiles(store, job->number, news->items, count, NULL);
 	news->count = 0;
 }

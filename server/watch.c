@@ -14,6 +14,17 @@ struct pen_watches {
 	bool closing;
 };
 
+static void handle_tick(uv_timer_t *timer);
+
+/* Most who wait, wait for an end: they need not wait for the next tick as well. */
+static void handle_end(void *user)
+{
+	struct pen_watches *watches = user;
+
+	if (watches->count > 0)
+		(void)uv_timer_start(&watches->timer, handle_tick, 0, PEN_WATCH_TICK_MS);
+}
+
 int pen_watches_create(uv_loop_t *loop, struct pen_jobs *jobs, struct pen_watches **ret_watches,
 	struct pen_error *err)
 {
@@ -22,6 +33,7 @@ int pen_watches_create(uv_loop_t *loop, struct pen_jobs *jobs, struct pen_watche
 	if (!watches)
 		return pen_error_memory(err);
 	watches->jobs = jobs;
+	pen_jobs_listen(jobs, handle_end, watches);
 	TAILQ_INIT(&watches->all);
 	(void)uv_timer_init(loop, &watches->timer);
 	watches->timer.data = watches;
@@ -89,6 +101,7 @@ void pen_watches_destroy(struct pen_watches *watches)
 	if (!watches)
 		return;
 	watches->closing = true;
+	pen_jobs_listen(watches->jobs, NULL, NULL);
 	tell(watches, 0, true);
 	uv_close((uv_handle_t *)&watches->timer, handle_closed);
 }

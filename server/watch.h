@@ -12,7 +12,8 @@
 
 /*
  * Those who wait for a render to change. Renders change in many places and often, clients look
- * seldom: so a timer compares revisions, every PEN_WATCH_TICK_MS while there is anybody.
+ * seldom: so a timer compares revisions, every PEN_WATCH_TICK_MS while there is anybody, and at
+ * once when a render is over.
  */
 struct pen_watches;
 

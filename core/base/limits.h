@@ -101,6 +101,9 @@
 #define PEN_STORE_QUEUE_MAX    4096u	    /* requests that wait for the disk */
 #define PEN_TILES_COMMIT_MAX   64u	    /* tile rows committed together */
 #define PEN_KEEP_HOURS_MAX     87600u	    /* ten years */
+#define PEN_SHELF_TREES_MAX    8u	    /* kept scenes whose trees are at hand */
+#define PEN_PREVIEWS_KEPT_MAX  64u	    /* that are over */
+#define PEN_DEADLINE_S_MAX     31536000u    /* a year */
 #define PEN_DISK_RESERVE_BYTES (64ul << 20) /* kept free when a render is accepted */
 
 /* HTTP */

@@ -306,7 +306,7 @@ static void dispatch_ended(
 void sim_coordinator_start(struct sim *sim)
 {
 	struct pen_dispatch_jobs jobs = {dispatch_find, dispatch_started, dispatch_merge,
-		dispatch_mask, dispatch_decide, dispatch_ended, NULL, sim};
+		dispatch_mask, dispatch_decide, dispatch_ended, NULL, NULL, sim};
 	struct pen_dispatch_farm farm = {dispatch_lease, dispatch_revoke, sim};
 
 	if (pen_dispatch_create(&sim->dispatch, NULL) < 0)

@@ -88,9 +88,9 @@ ENVELOPES = [
     ({"scene": SCENE, "options": {"priority": 5.5}}, "/options/priority"),
     ({"scene": SCENE, "options": {"name": "x" * 257}}, "/options/name"),
     ({"scene": SCENE, "options": {"name": 1}}, "/options/name"),
-    ({"scene": SCENE, "options": {"deadline_s": 5}}, "/options/deadline_s"),
+    ({"scene": SCENE, "options": {"deadline_s": 0}}, "/options/deadline_s"),
     ({"scene": SCENE, "options": {"verify": "full"}}, "/options/verify"),
-    ({"scene": SCENE, "options": {"preview": True}}, "/options/preview"),
+    ({"scene": SCENE, "options": {"preview": 1}}, "/options/preview"),
     ({"scene": SCENE, "options": {"replaces": "x"}}, "/options/replaces"),
 ]
 

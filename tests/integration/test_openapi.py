@@ -96,6 +96,7 @@ def test_documents_are_served(path, file):
 
 
 RENDER = json.loads("""{"id": "a", "name": null, "state": "done", "progress": 1, "priority": 50,
+    "preview": false, "deadline": null,
     "width": 1, "height": 1, "samples": 1, "samples_done": 1, "tiles_done": 1, "tiles_total": 1,
     "frames": {"first": 1, "last": 1, "total": 1, "done": 1, "running": []}, "eta_seconds": null,
     "created": "2026-01-31T12:00:00.123Z", "started": null, "finished": null, "seconds": 0,

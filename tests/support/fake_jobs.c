@@ -215,6 +215,11 @@ int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, 
 	return 0;
 }
 
+void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user)
+{
+	(void)jobs, (void)fn, (void)user;
+}
+
 struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed)
 {
 	if (ret_removed)

@@ -6,6 +6,7 @@
  */
 #include "server/encode.h"
 #include "server/http.h"
+#include "server/shelf.h"
 #include "tests/support/fake_jobs.h"
 
 #include <netinet/in.h>
@@ -17,6 +18,7 @@ struct server {
 	struct pen_jobs *jobs;
 	struct pen_encoders *encoders;
 	struct pen_http *http;
+	struct pen_shelf *shelf;
 	uv_signal_t signals[3];
 };
 
@@ -49,8 +51,11 @@ static int start(struct server *server, uv_loop_t *loop, char **argv, struct pen
 	struct sockaddr_in *address = (struct sockaddr_in *)&options.address;
 	int r = pen_encoders_create(loop, argv[1], argv[2], &server->encoders, err);
 
+	if (r == 0)
+		r = pen_shelf_create(argv[2], &server->shelf, err);
 	if (r < 0)
 		return r;
+	options.shelf = server->shelf;
 	options.encoders = server->encoders;
 	address->sin_family = AF_INET;
 	address->sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -80,6 +85,7 @@ int main(int argc, char **argv)
 	(void)printf("%u\n", pen_http_port(server.http));
 	(void)fflush(stdout);
 	(void)uv_run(&loop, UV_RUN_DEFAULT);
+	pen_shelf_destroy(server.shelf);
 	fake_jobs_destroy(server.jobs);
 	return uv_loop_close(&loop) == 0 ? 0 : 3;
 }
