@@ -15,6 +15,7 @@ static const char *const known_extensions[] = {
 	"KHR_materials_clearcoat",
 	"KHR_materials_emissive_strength",
 	"KHR_materials_ior",
+	"KHR_materials_specular",
 	"KHR_materials_transmission",
 	"KHR_materials_unlit",
 	"KHR_mesh_quantization",

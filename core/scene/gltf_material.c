@@ -149,6 +149,37 @@ static double checked(
 	return least;
 }
 
+/*
+ * KHR_materials_specular as an index that returns as much light head-on. Where light goes through,
+ * the index has its own to do; colours count by their mean.
+ */
+static double index_of(struct pen_gltf_reading *r, const struct pen_gltf_material *from, double ior)
+{
+	const double f = (ior - 1.0) / (ior + 1.0);
+	const double factor = checked(r, "specularFactor", from->specular, 0.0, 1.0);
+	const double *color = from->specular_color;
+	double returned = 0.0, root;
+
+	for (size_t i = 0; i < 3; i++) {
+		const double part =
+			checked(r, "specularColorFactor", color[i], 0.0, PEN_COORDINATE_MAX);
+
+		returned += factor * fmin(f * f * part, 1.0) / 3.0;
+	}
+	if (from->specular_texture.texture >= 0 || from->specular_color_texture.texture >= 0)
+		pen_gltf_warn(r, "the textures of KHR_materials_specular are left out");
+	if (fabs(returned - f * f) < 1e-9)
+		return ior;
+	if (from->transmission > 0.0) {
+		pen_gltf_warn(r, "KHR_materials_specular is left out where light goes through");
+		return ior;
+	}
+	if (color[0] != color[1] || color[1] != color[2])
+		pen_gltf_warn(r, "the color of KHR_materials_specular counts by its mean");
+	root = sqrt(returned);
+	return fmin((1.0 + root) / fmax(1.0 - root, 1e-6), 1000.0);
+}
+
 static void set_numbers(struct pen_gltf_reading *r, const struct pen_gltf_material *from,
 	struct pen_material_desc *to)
 {
@@ -165,6 +196,7 @@ static void set_numbers(struct pen_gltf_reading *r, const struct pen_gltf_materi
 	to->roughness = checked(r, "roughnessFactor", from->roughness, 0.0, 1.0);
 	/* An ior of 0 asks for a Fresnel term of 1: as good as infinite. */
 	to->ior = from->ior == 0.0 ? 1000.0 : checked(r, "ior", from->ior, 1.0, 1000.0);
+	to->ior = index_of(r, from, to->ior);
 	to->transmission = checked(r, "transmissionFactor", from->transmission, 0.0, 1.0);
 	to->clearcoat = checked(r, "clearcoatFactor", from->clearcoat, 0.0, 1.0);
 	to->clearcoat_roughness =

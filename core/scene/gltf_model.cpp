@@ -15,6 +15,7 @@ extern "C" {
 #define TINYGLTF_NO_EXTERNAL_IMAGE
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <deque>
 #include <exception>
 #include <memory>
@@ -385,11 +386,13 @@ static int integer(const tinygltf::Value &object, const char *key, int fallback)
 	return value.IsInt() ? value.GetNumberAsInt() : fallback;
 }
 
-static void pair_of_numbers(const tinygltf::Value &object, const char *key, double ret[2])
+/* Leaves what is not there, or no array of the size, as it is. */
+template <int size>
+static void some_numbers(const tinygltf::Value &object, const char *key, double (&ret)[size])
 {
 	const tinygltf::Value &value = object.Get(std::string(key));
 
-	for (int i = 0; i < 2 && value.IsArray() && value.ArrayLen() == 2; i++)
+	for (int i = 0; i < size && value.IsArray() && value.ArrayLen() == size; i++)
 		if (value.Get(i).IsNumber())
 			ret[i] = value.Get(i).GetNumberAsDouble();
 }
@@ -402,8 +405,8 @@ static pen_gltf_texture_use use_of(int texture, int uv_set, const tinygltf::Valu
 		return use;
 	use.uv_set = integer(*transform, "texCoord", uv_set);
 	use.rotation = number(*transform, "rotation", 0.0);
-	pair_of_numbers(*transform, "offset", use.offset);
-	pair_of_numbers(*transform, "scale", use.scale);
+	some_numbers(*transform, "offset", use.offset);
+	some_numbers(*transform, "scale", use.scale);
 	return use;
 }
 
@@ -440,9 +443,11 @@ static void add_extensions(const tinygltf::Material &from, pen_gltf_material &to
 		return value ? *value : none;
 	};
 	const tinygltf::Value &clearcoat = find("KHR_materials_clearcoat");
+	const tinygltf::Value &specular = find("KHR_materials_specular");
 	const tinygltf::Value &transmission = find("KHR_materials_transmission");
 	const tinygltf::Value &normal = clearcoat.Get(std::string("clearcoatNormalTexture"));
 
+	std::fill(to.specular_color, to.specular_color + 3, 1.0);
 	to.ior = number(find("KHR_materials_ior"), "ior", 1.5);
 	to.emissive_strength =
 		number(find("KHR_materials_emissive_strength"), "emissiveStrength", 1.0);
@@ -454,6 +459,10 @@ static void add_extensions(const tinygltf::Material &from, pen_gltf_material &to
 	to.clearcoat_roughness_texture = use_within(clearcoat, "clearcoatRoughnessTexture");
 	to.clearcoat_normal_texture = use_within(clearcoat, "clearcoatNormalTexture");
 	to.clearcoat_normal_scale = normal.IsObject() ? number(normal, "scale", 1.0) : 1.0;
+	to.specular = number(specular, "specularFactor", 1.0);
+	some_numbers(specular, "specularColorFactor", to.specular_color);
+	to.specular_texture = use_within(specular, "specularTexture");
+	to.specular_color_texture = use_within(specular, "specularColorTexture");
 	to.is_unlit = from.extensions.count("KHR_materials_unlit") > 0;
 }
 

@@ -141,10 +141,12 @@ struct pen_gltf_material {
 	double metallic, roughness, alpha_cutoff;
 	double normal_scale, clearcoat_normal_scale;
 	double ior, transmission, clearcoat, clearcoat_roughness, emissive_strength;
+	double specular, specular_color[3];
 	bool is_double_sided, is_unlit;
 	struct pen_gltf_texture_use base_color_texture, metallic_roughness_texture, normal_texture,
 		emissive_texture, transmission_texture, clearcoat_texture,
-		clearcoat_roughness_texture, clearcoat_normal_texture;
+		clearcoat_roughness_texture, clearcoat_normal_texture, specular_texture,
+		specular_color_texture;
 };
 
 struct pen_gltf_model {

@@ -206,6 +206,15 @@ PARAMETERS = [
      {}, {"KHR_materials_emissive_strength": {"emissiveStrength": 4},
           "emissiveFactor": [0.25, 0.5, 1]}),
     ({"ior": 1.9}, {}, {"KHR_materials_ior": {"ior": 1.9}}),
+    # an index that returns 8 % head-on
+    ({"ior": (1 + 0.08 ** 0.5) / (1 - 0.08 ** 0.5)}, {},
+     {"KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [4, 4, 4]}}),
+    ({"ior": 1}, {}, {"KHR_materials_specular": {"specularColorFactor": [0, 0, 0]},
+                      "KHR_materials_ior": {"ior": 1.45}}),
+    ({"ior": 1.3, "transmission": 0.7}, {},
+     {"KHR_materials_specular": {"specularColorFactor": [0.25, 0.5, 0.25]},
+      "KHR_materials_ior": {"ior": 1.3},
+      "KHR_materials_transmission": {"transmissionFactor": 0.7}}),
     ({"transmission": 0.7}, {}, {"KHR_materials_transmission": {"transmissionFactor": 0.7}}),
     ({"clearcoat": 0.8}, {}, {"KHR_materials_clearcoat": {"clearcoatFactor": 0.8}}),
     ({"clearcoat": 0.8, "clearcoat_roughness": 0.6}, {},
@@ -256,7 +265,7 @@ def fixture_usual(drawing):
 
 
 @pytest.mark.parametrize("own, pbr, extensions", PARAMETERS,
-                         ids=[", ".join(own) for own, _, _ in PARAMETERS])
+                         ids=[f"{k}: {', '.join(own)}" for k, (own, _, _) in enumerate(PARAMETERS)])
 def test_parameters(drawing, usual, own, pbr, extensions):
     """Broken by a parameter that does not reach the surface, or reaches it as another."""
     expected, found = both(drawing, own, pbr, extensions)
