@@ -121,6 +121,7 @@ run_long() {
     found=$(find tests/bench -name "$1.py" -o -name "$1.sh" | head -n 1)
     [ -n "$found" ] || { echo "tests/run.sh: no tests/bench/$1.py or .sh" >&2; exit 2; }
     build release
+    export PYTHONPATH=$PWD/tests/support
     case $found in
         *.py) exec $python "$found" ;;
         *) exec "$found" ;;

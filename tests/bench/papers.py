@@ -5,13 +5,14 @@
     papers.py [PART …]     all parts, or only those named: course lee keller wang cook boulos wald
 
 Each part is a module of tests/bench/paper. It renders by a coordinator of its own with two render
-processes, and replaces its section of the page and its pictures in tests/reference/papers. Costs
-are processor seconds of the render processes, what is compared is measured in turn: other work on
-the machine touches the figures little.
+processes, and replaces its section of the page, its rows of the table that the page opens with, and
+its pictures in tests/reference/papers. Costs are processor seconds of the render processes, what is
+compared is measured in turn: other work on the machine touches the figures little.
 """
 import argparse
 import importlib
 import pathlib
+import re
 import sys
 import tempfile
 import time
@@ -34,17 +35,30 @@ more samples, unless said otherwise.
 
 
 def sections(text):
-    """{part: its section}, of a page as this program writes it."""
+    """{part: (its section, its rows of the opening table)}, of a page as this program writes it."""
+    rows = re.findall(r"^(\| \[[^]]*\]\(#(\w+)\).*)$", text, re.MULTILINE)
     found = {}
-    for piece in text.split("\n<!-- ")[1:]:
-        name, _, body = piece.partition(" -->\n")
-        found[name] = body.strip("\n")
+    for piece in text.split('\n<a id="')[1:]:
+        name, _, body = piece.partition('"></a>\n\n')
+        found[name] = body.strip("\n"), [row for row, part in rows if part == name]
     return found
 
 
 def page(found):
-    parts = [f"<!-- {name} -->\n{found[name]}\n" for name in PARTS if name in found]
-    return "\n".join([HEAD, *parts])
+    parts = [name for name in PARTS if name in found]
+    opening = rig.table(["paper", "claim", "theirs", "ours"], [])
+    rows = [row for name in parts for row in found[name][1]]
+    return "\n".join([HEAD, opening, *rows, "",
+                      *(f'<a id="{name}"></a>\n\n{found[name][0]}\n' for name in parts)])
+
+
+def measure(name):
+    """What sections has of a part, by rendering."""
+    with farm.Farm(2) as service, tempfile.TemporaryDirectory() as scratch:
+        part = importlib.import_module(name)
+        text, claims = part.section(rig.Rig(service, scratch))
+    link = f"[{part.PAPER}](#{name})"
+    return (f"## {text}", [f"| {' | '.join(map(rig.cell, [link, *claim]))} |" for claim in claims])
 
 
 def main():
@@ -57,8 +71,7 @@ def main():
     rig.PICTURES.mkdir(exist_ok=True)
     for name in wanted:
         start = time.monotonic()
-        with farm.Farm(2) as service, tempfile.TemporaryDirectory() as scratch:
-            section = importlib.import_module(name).section(rig.Rig(service, scratch))
+        section = measure(name)
         found = sections(PAGE.read_text()) if PAGE.exists() else {}
         PAGE.write_text(page({**found, name: section}))
         print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)

@@ -5,13 +5,11 @@ import json
 import os
 
 import farm
-import numpy as np
 import pytest
-import scene
-from sampling_error import Subject, compare
+from sampling_error import Subject, compare, seeds_beyond, small_scene
 
 ERROR, CONFIDENCE = 0.02, 0.9
-SEEDS = int(os.environ.get("PEN_SEEDS", 100))  # 1000 take a minute or two
+SEEDS = int(os.environ.get("PEN_SEEDS", 100))  # tests/bench/adaptive.py takes 1,000
 
 
 def shrunk(name, divisor):
@@ -26,27 +24,14 @@ def service():
         yield running
 
 
-def small():
-    """A lens, a soft shadow, edges and gloss on 24x16 pixels."""
-    return scene.build(
-        24, 16, 1,
-        [scene.floor(half=30, material="grey"), scene.sphere([-0.7, 1, 0], material="satin"),
-         scene.sphere([1.2, 0.7, 1.5], 0.7, material="grey")],
-        camera=scene.look([0, 2, 7], [0, 0.8, 0], aperture_radius=0.15, focus_distance=7),
-        materials={"grey": scene.matte(0.6), "satin": scene.glossy(0.4, 0.8)},
-        lights=[scene.panel([-2, 5, 0], [2, 0, 0], [0, 0, 2], 8)], background=0.3)
-
-
 def test_errors_are_as_probable_as_asked(service):
     """Broken by an estimate that is too low on the whole, or that fails badly now and then."""
-    subject = Subject(service, small(), 65536)
-    errors = np.stack([subject.errors({"mode": "adaptive", "samples": 2048, "error": ERROR,
-                                       "confidence": CONFIDENCE, "seed": seed})[0]
-                       for seed in range(SEEDS)])
-    print(f"beyond: {(errors > ERROR).mean():.2e}, 4 times: {(errors > 4 * ERROR).mean():.1e}")
-    assert (errors > ERROR).mean() <= 1.5 * (1 - CONFIDENCE)
-    assert (errors > 4 * ERROR).mean() <= 1e-4
-    assert (errors > ERROR).mean() > 0, "nothing was there to be estimated"
+    subject = Subject(service, small_scene(), 65536)
+    beyond, beyond_4 = seeds_beyond(subject, ERROR, CONFIDENCE, SEEDS)
+    print(f"beyond: {beyond:.2e}, 4 times: {beyond_4:.1e}")
+    assert beyond <= 1.5 * (1 - CONFIDENCE)
+    assert beyond_4 <= 1e-4
+    assert beyond > 0, "nothing was there to be estimated"
 
 
 @pytest.mark.parametrize("name, fewer", [("five_balls", 3.0), ("depth_of_field", 2.1)])

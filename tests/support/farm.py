@@ -38,16 +38,20 @@ def program(name):
     return str(BIN / name)
 
 
-def wait_for(condition, seconds, what):
-    """The first true value of condition(); AssertionError when none comes in time."""
-    deadline = time.monotonic() + seconds * SLOW
+def wait_for(condition, seconds, what, pace=0.0):
+    """The first true value of condition(); AssertionError when none comes in time.
+
+    pace: the part of the time waited so far that passes between two looks, beyond 10 ms.
+    """
+    start = time.monotonic()
+    deadline = start + seconds * SLOW
     while True:
         value = condition()
         if value:
             return value
         if time.monotonic() > deadline:
             raise AssertionError(f"{what}: not within {seconds * SLOW:g} s")
-        time.sleep(0.01)
+        time.sleep(0.01 + pace * (time.monotonic() - start))
 
 
 def _stat(pid):
@@ -266,7 +270,8 @@ class Farm:
             found = self.resource(render)
             return found if found["state"] in FINAL else None
 
-        found = wait_for(over, seconds, f"end of render {render}")
+        # Of a long render the looks would cost more than the rendering.
+        found = wait_for(over, seconds, f"end of render {render}", 0.03)
         assert found["state"] == state, f"{found['state']}: {found.get('error')}"
         return found
 

@@ -7,8 +7,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 
-def read_file(path):
-    """The R, G and B of a file as float32[height, width, 3] (EXR: of its data window)."""
+def read_file(path, channels="RGB"):
+    """Some channels of a file, R, G and B, as float32[height, width, n] (EXR: of its data window)."""
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise ValueError(f"{path}: {oiio.geterror()}")
@@ -17,7 +17,7 @@ def read_file(path):
     pixels = np.asarray(source.read_image("float"), dtype=np.float32)
     source.close()
     pixels = pixels.reshape(spec.height, spec.width, spec.nchannels)
-    return pixels[:, :, [names.index(channel) for channel in "RGB"]]
+    return pixels[:, :, [names.index(channel.upper()) for channel in channels]]
 
 
 def read(data, extension="exr"):

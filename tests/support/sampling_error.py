@@ -7,6 +7,7 @@ import math
 
 import image
 import numpy as np
+import scene
 
 
 def compress(pixels):
@@ -61,3 +62,22 @@ def compare(uniform, adaptive):
     samples, p99, rmse = ([row[key] for row in uniform] for key in ("samples", "p99", "rmse"))
     return (interpolate(adaptive["p99"], p99, samples) / adaptive["samples"],
             interpolate(adaptive["samples"], samples, rmse) / adaptive["rmse"])
+
+
+def small_scene():
+    """A lens, a soft shadow, edges and gloss on 24x16 pixels."""
+    return scene.build(
+        24, 16, 1,
+        [scene.floor(half=30, material="grey"), scene.sphere([-0.7, 1, 0], material="satin"),
+         scene.sphere([1.2, 0.7, 1.5], 0.7, material="grey")],
+        camera=scene.look([0, 2, 7], [0, 0.8, 0], aperture_radius=0.15, focus_distance=7),
+        materials={"grey": scene.matte(0.6), "satin": scene.glossy(0.4, 0.8)},
+        lights=[scene.panel([-2, 5, 0], [2, 0, 0], [0, 0, 2], 8)], background=0.3)
+
+
+def seeds_beyond(subject, error, confidence, seeds):
+    """The shares of pixels off by more than error, and by more than four times as much."""
+    errors = np.stack([subject.errors({"mode": "adaptive", "samples": 2048, "error": error,
+                                       "confidence": confidence, "seed": seed})[0]
+                       for seed in range(seeds)])
+    return float((errors > error).mean()), float((errors > 4 * error).mean())

@@ -63,6 +63,13 @@ class Rig:
         samples = found["samples_done"] / (found["width"] * found["height"])
         return Render(image.read_file(path), seconds, samples)
 
+    def counts(self, wanted):
+        """The samples of each pixel over the most that one has, as grey pixels."""
+        path = self.scratch / "image.exr"
+        path.write_bytes(self.service.render(changed(wanted, image={"aovs": ["samples"]}), 900))
+        found = image.read_file(path, ["samples.X"])
+        return (found / found.max()).repeat(3, axis=2)
+
     def in_turn(self, scenes, runs=3):
         """{key: Spread of the processor seconds} of {key: scene}, rendered in turn runs times."""
         times = {key: [] for key in scenes}
@@ -100,7 +107,9 @@ def exponent(sizes, costs):
 def cell(value):
     if isinstance(value, Spread):
         return f"{value.median:.3g} ({value.least:.3g}–{value.greatest:.3g})"
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
+    return str(value)
 
 
 def table(head, rows):

@@ -7,6 +7,7 @@ a sphere by the cone that it is seen in, a triangle by its solid angle.
 import numpy as np
 import rig
 
+PAPER = "Wang 1992"
 SIDE = 128
 DISTANCES = [1.2, 2.0, 5.0, 20.0]
 RADIANCE = 10.0
@@ -76,7 +77,7 @@ def section(given):
                          relative[1] / max(relative[0], 1e-12)])
     head = ["luminaire", "distance", "mean", "mean by area", "variance", "variance by area",
             "ratio"]
-    return f"""## Wang 1992: luminaires sampled as they are seen
+    text = f"""Wang 1992: luminaires sampled as they are seen
 
 A matte point below a sphere of radius 1, and below a triangle of about its size, at several
 distances of their middles: {SIDE * SIDE} independent estimates of one sample each by the renderer
@@ -89,3 +90,7 @@ square of the mean.
 Near a luminaire points by area vary most, as the paper says. Far away an even choice from a
 triangle is good too and what is left is small either way; but half of a sphere's points face away
 at any distance, which the cone avoids."""
+    gain = [row[-1] for row in rows]
+    return text, [["variance near a luminaire, points spread over its area against points as it is "
+                   "seen", "greater", f"{gain[0]:.0f}× (sphere), {gain[len(DISTANCES)]:.0f}× "
+                   "(triangle)"]]
