@@ -61,8 +61,8 @@ static struct pen_pose pose_at(const struct pen_object_desc *object, double time
 
 struct pen_box pen_motion_box(const struct pen_object_desc *object)
 {
-	struct pen_box box = {.lower = {INFINITY, INFINITY, INFINITY},
-		.upper = {-INFINITY, -INFINITY, -INFINITY}};
+	struct pen_box box = {.lower = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
+		.upper = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
 	for (int k = 0; k < 3 && object->type == PEN_OBJECT_SPHERE; k++) {
 		box.lower[k] = object->u.sphere.center[k] - object->u.sphere.radius;

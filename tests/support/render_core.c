@@ -160,12 +160,14 @@ static struct pen_blob load_asset(const char *directory, const struct pen_asset_
 	struct pen_blob blob = {NULL, 0};
 	FILE *file;
 	void *bytes;
-	long size;
+	long size = -1;
 
 	pen_sha256_format(&asset->sha256, name);
 	(void)snprintf(path, sizeof path, "%s/%s", directory ? directory : ".", name);
 	file = fopen(path, "rb");
-	if (!file || fseek(file, 0, SEEK_END) != 0 || (size = ftell(file)) < 0)
+	if (file && fseek(file, 0, SEEK_END) == 0)
+		size = ftell(file);
+	if (size < 0)
 		fail("cannot open an asset");
 	rewind(file);
 	bytes = allocate((size_t)size, 1);

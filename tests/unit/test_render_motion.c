@@ -104,7 +104,7 @@ static void test_singular_is_relative(void **state)
 	pose.scale[1] = 1e-20;
 	map = pen_affine_of_pose(&pose);
 	assert_true(pen_affine_is_singular(&map));
-	pose.scale[1] = NAN;
+	pose.scale[1] = (double)NAN;
 	map = pen_affine_of_pose(&pose);
 	assert_true(pen_affine_is_singular(&map));
 }

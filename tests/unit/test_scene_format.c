@@ -314,7 +314,7 @@ static void assets_are_listed_where_they_stand(void **state)
 	struct pen_sha256 digest;
 
 	(void)state;
-	assert_true(pen_sha256_parse(ASSET + 7, &digest));
+	assert_true(pen_sha256_parse(&ASSET[7], &digest));
 	assert_int_equal(scene->asset_count, 3);
 	for (uint32_t i = 0; i < scene->asset_count; i++)
 		assert_true(pen_sha256_equal(&scene->assets[i].sha256, &digest));
