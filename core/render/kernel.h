@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+struct pen_admit_box;
 struct pen_handful;
 struct pen_meeting;
 struct pen_packet;
@@ -25,6 +26,9 @@ struct pen_kernel {
 	/* See pen_sphere_distances. */
 	void (*sphere_distances)(const struct pen_spheres *spheres, uint32_t primitive,
 		const float *rays, uint32_t n, float *ret_distances);
+	/* See core/render/admit.h. */
+	uint32_t (*admit_rays)(struct pen_rays *rays, int32_t *ret_valid);
+	bool (*admit_box_met)(const struct pen_admit_box *box, const struct pen_rays *rays);
 	/* See core/render/handful.h. */
 	void (*handful_closest)(const struct pen_handful *handful, struct pen_packet *packet);
 	bool (*handful_occluded)(const struct pen_handful *handful, struct pen_rays *rays);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/trace.h"
 
+#include "core/render/admit.h"
 #include "core/render/handful.h"
 #include "core/render/isa.h"
 #include "core/render/sphere.h"
@@ -19,9 +20,6 @@ _Static_assert(offsetof(struct pen_rays, time) == offsetof(struct RTCRay16, time
 		       offsetof(struct pen_hits, instance) == offsetof(struct RTCHit16, instID),
 	"lanes are Embree's");
 _Static_assert(PEN_NO_INDEX == RTC_INVALID_GEOMETRY_ID, "no hit is Embree's");
-
-/* Embree asserts that |component| < 1.844e18. */
-#define COMPONENT_MAX 1e18f
 
 /* What Embree's callbacks get: a model of spheres, and who tests it. */
 struct sphere_set {
@@ -49,6 +47,7 @@ struct pen_trace {
 	bool *sieves;			   /* by model: whether a shape of it lets rays pass */
 	uint32_t model_count, shape_count; /* those of base included */
 	bool is_tree_empty;		   /* all is in the handful, or in base */
+	struct pen_admit_box box;	   /* that all of scene is in */
 	bool occludes_coherently;	   /* rtcOccluded16 ends with the coherent flag */
 	struct pen_handful handful;	   /* what is not in scene */
 	const struct pen_kernel *kernel;
@@ -403,6 +402,15 @@ static void prepare_spheres(struct pen_trace *trace, const struct pen_geometry *
 	}
 }
 
+static void bound_scene(struct pen_trace *trace)
+{
+	struct RTCBounds b;
+
+	rtcGetSceneBounds(trace->scene, &b);
+	pen_admit_box_init(&trace->box, (const float[3]){b.lower_x, b.lower_y, b.lower_z},
+		(const float[3]){b.upper_x, b.upper_y, b.upper_z});
+}
+
 static void attach_shapes(
 	struct pen_trace *trace, const struct pen_geometry *geometry, uint32_t first)
 {
@@ -420,6 +428,8 @@ static void attach_shapes(
 			attach_model(trace, trace->scene, id, geometry, shape->model);
 	}
 	rtcCommitScene(trace->scene);
+	if (!trace->is_tree_empty)
+		bound_scene(trace);
 }
 
 static int trace_new(const struct pen_geometry *geometry, const struct pen_kernel *kernel,
@@ -555,46 +565,6 @@ double pen_trace_radius(const struct pen_trace *trace)
 	return 0.5 * sqrt(sum);
 }
 
-static void park(struct pen_rays *rays, int lane)
-{
-	rays->origin_x[lane] = rays->origin_y[lane] = rays->origin_z[lane] = 0.0f;
-	rays->direction_x[lane] = rays->direction_y[lane] = 0.0f;
-	rays->direction_z[lane] = 1.0f;
-	rays->tnear[lane] = 1.0f;
-	rays->tfar[lane] = 0.0f;
-}
-
-/*
- * The lanes to trace. Parked ones are marked, and whatever Embree would abort at is parked: with
- * instruction sets below AVX-512 it looks at every lane, marked or not.
- */
-static uint32_t prepare(struct pen_rays *rays, int32_t valid[PEN_LANES])
-{
-	uint32_t dropped = 0, parked = 0;
-
-#pragma omp simd reduction(+ : dropped, parked)
-	for (int i = 0; i < PEN_LANES; i++) {
-		const int sane = (fabsf(rays->origin_x[i]) < COMPONENT_MAX) &
-				 (fabsf(rays->origin_y[i]) < COMPONENT_MAX) &
-				 (fabsf(rays->origin_z[i]) < COMPONENT_MAX) &
-				 (fabsf(rays->direction_x[i]) < COMPONENT_MAX) &
-				 (fabsf(rays->direction_y[i]) < COMPONENT_MAX) &
-				 (fabsf(rays->direction_z[i]) < COMPONENT_MAX);
-		const int wanted = rays->tnear[i] <= rays->tfar[i];
-
-		valid[i] = -(sane & wanted);
-		dropped += (uint32_t)(wanted & ~sane);
-		parked += (uint32_t)(1 - (sane & wanted));
-		rays->mask[i] = UINT32_MAX;
-		rays->flags[i] = 0;
-		rays->id[i] = (uint32_t)i;
-	}
-	for (int i = 0; i < PEN_LANES && parked > 0; i++)
-		if (!valid[i])
-			park(rays, i);
-	return dropped;
-}
-
 static struct question question_of(
 	const struct pen_trace *trace, const struct pen_sieve *sieve, bool coherent)
 {
@@ -610,20 +580,26 @@ static struct question question_of(
 	return question;
 }
 
+/* Whether some ray may meet what is in a trace's own tree: most packets of many scenes don't. */
+static bool may_meet(const struct pen_trace *trace, const struct pen_rays *rays)
+{
+	return trace && !trace->is_tree_empty && trace->kernel->admit_box_met(&trace->box, rays);
+}
+
 uint32_t pen_trace_closest(const struct pen_trace *trace, bool coherent,
 	const struct pen_sieve *sieve, struct pen_packet *packet)
 {
 	struct question question = question_of(trace, sieve, coherent);
 	struct RTCRayHit16 *rayhit = (struct RTCRayHit16 *)(void *)packet;
 	_Alignas(64) int32_t valid[PEN_LANES];
-	const uint32_t dropped = prepare(&packet->rays, valid);
+	const uint32_t dropped = trace->kernel->admit_rays(&packet->rays, valid);
 
 	memset(packet->hits.geometry, 0xff, sizeof packet->hits.geometry);
 	memset(packet->hits.instance, 0xff, sizeof packet->hits.instance);
 	trace->kernel->handful_closest(&trace->handful, packet);
-	if (trace->base && !trace->base->is_tree_empty)
+	if (may_meet(trace->base, &packet->rays))
 		rtcIntersect16(valid, trace->base->scene, &question.context, rayhit);
-	if (!trace->is_tree_empty)
+	if (may_meet(trace, &packet->rays))
 		rtcIntersect16(valid, trace->scene, &question.context, rayhit);
 	return dropped;
 }
@@ -635,12 +611,12 @@ uint32_t pen_trace_occluded(const struct pen_trace *trace, bool coherent,
 		question_of(trace, sieve, coherent && trace->occludes_coherently);
 	struct RTCRay16 *ray = (struct RTCRay16 *)(void *)rays;
 	_Alignas(64) int32_t valid[PEN_LANES];
-	const uint32_t dropped = prepare(rays, valid);
+	const uint32_t dropped = trace->kernel->admit_rays(rays, valid);
 
 	if (trace->kernel->handful_occluded(&trace->handful, rays)) {
-		if (trace->base && !trace->base->is_tree_empty)
+		if (may_meet(trace->base, rays))
 			rtcOccluded16(valid, trace->base->scene, &question.context, ray);
-		if (!trace->is_tree_empty)
+		if (may_meet(trace, rays))
 			rtcOccluded16(valid, trace->scene, &question.context, ray);
 	}
 	for (int i = 0; i < PEN_LANES; i++)

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders a scene file with Blender's Cycles, as a peer for speed and for the picture.
 
-    blender -b --factory-startup -noaudio -P cycles_scene.py -- SCENE.json OUT.exr SAMPLES THREADS
+    blender -b --factory-startup -noaudio -P cycles_scene.py -- \
+        SCENE.json OUT.exr SAMPLES THREADS [SEED]
 
 Knows what the reference scenes use: matte, glossy and glass; spheres and meshes, moved by
-keyframes; rectangle, triangle and sphere lights; lens, shutter. Blender is Z-up:
+keyframes; rectangle, triangle and sphere lights; lens, shutter. Besides those of the scene format
+there are objects of type "arrays": points and triangles in a file of numpy's at "path". Blender is Z-up:
 (x, y, z) becomes (x, -z, y). Cycles has no true spheres: they become smooth meshes of 256 x 128
 faces.
 """
@@ -13,6 +15,7 @@ import math
 import sys
 
 import bpy
+import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 SEGMENTS, RINGS = 256, 128
@@ -26,10 +29,10 @@ def rotation(q):
     return Quaternion((q[3], q[0], -q[2], q[1]))
 
 
-def settings(scene, doc, samples, threads):
+def settings(scene, doc, samples, threads, seed):
     cycles, integrator, image = scene.cycles, doc["integrator"], doc["image"]
     scene.render.engine = "CYCLES"
-    cycles.device, cycles.samples = "CPU", samples
+    cycles.device, cycles.samples, cycles.seed = "CPU", samples, seed
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     depth, everything = integrator["max_depth"], integrator["type"] == "path"
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = depth
@@ -104,6 +107,26 @@ def add_mesh(scene, name, vertices, indices, material):
     return add(scene, name, [point(v) for v in vertices], faces, material)
 
 
+def add_arrays(scene, name, path, material):
+    """Millions of triangles, which lists would take minutes for."""
+    arrays = np.load(path)
+    points, triangles = arrays["points"], arrays["triangles"]
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(points))
+    mesh.vertices.foreach_set(
+        "co", np.stack([points[:, 0], -points[:, 2], points[:, 1]], axis=1).ravel())
+    mesh.loops.add(triangles.size)
+    mesh.loops.foreach_set("vertex_index", triangles.ravel().astype(np.int32))
+    mesh.polygons.add(len(triangles))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_total", np.full(len(triangles), 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    mesh.materials.append(material)
+    placed = bpy.data.objects.new(name, mesh)
+    scene.collection.objects.link(placed)
+    return placed
+
+
 def add_sphere(scene, name, center, radius, material):
     def vertex(ring, segment):
         theta, phi = math.pi * ring / RINGS, 2 * math.pi * segment / SEGMENTS
@@ -154,6 +177,8 @@ def add_objects(scene, doc, opened):
             placed = add_sphere(scene, name, item["center"], item["radius"], material)
         elif item["type"] == "mesh":
             placed = add_mesh(scene, name, item["vertices"], item["indices"], material)
+        elif item["type"] == "arrays":
+            placed = add_arrays(scene, name, item["path"], material)
         else:
             sys.exit(f"no {item['type']} here")
         if "keyframes" in item:
@@ -208,12 +233,12 @@ def add_camera(scene, spec, opened):
 
 
 def main():
-    path, output, samples, threads = sys.argv[sys.argv.index("--") + 1:]
+    path, output, samples, threads, *seed = sys.argv[sys.argv.index("--") + 1:]
     with open(path) as file:
         doc = json.load(file)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    settings(scene, doc, int(samples), int(threads))
+    settings(scene, doc, int(samples), int(threads), int(seed[0]) if seed else 0)
     shutter = doc["camera"].get("shutter")
     if shutter:
         scene.render.use_motion_blur = True
