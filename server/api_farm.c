@@ -7,6 +7,13 @@
 #include <stdio.h>
 #include <string.h>
 
+static const char *state_of(const struct pen_worker *worker)
+{
+	if (worker->draining)
+		return "draining";
+	return worker->quarantined ? "quarantined" : "ready";
+}
+
 static json_t *worker_json(const struct pen_worker *worker)
 {
 	char id[24], connected[32], heartbeat[32];
@@ -17,7 +24,7 @@ static json_t *worker_json(const struct pen_worker *worker)
 	return json_pack(
 		"{s:s, s:s?, s:s?, s:i, s:s, s:s?, s:s?, s:i, s:I, s:I, s:f, s:s, s:s, s:i}", "id",
 		id, "name", worker->name, "address", worker->address, "processes",
-		(int)worker->processes, "state", worker->draining ? "draining" : "ready", "class",
+		(int)worker->processes, "state", state_of(worker), "class",
 		worker->equivalence_class, "version", worker->version, "leases",
 		(int)worker->leases, "tiles_done", (json_int_t)worker->units_done, "samples_done",
 		(json_int_t)worker->samples_done, "rate", worker->samples_per_second, "connected",

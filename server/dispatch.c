@@ -99,6 +99,11 @@ static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action
 	case PEN_SCHED_ABANDONED:
 		jobs->ended(jobs->user, action->job, PEN_DISPATCH_ABANDONED, NULL);
 		break;
+	case PEN_SCHED_QUARANTINED:
+	case PEN_SCHED_RELEASED:
+		dispatch->farm.quarantined(
+			dispatch->farm.user, action->worker, action->type == PEN_SCHED_QUARANTINED);
+		break;
 	}
 }
 
@@ -193,6 +198,11 @@ void pen_dispatch_remove_worker(struct pen_dispatch *dispatch, uint64_t worker)
 void pen_dispatch_drain_worker(struct pen_dispatch *dispatch, uint64_t worker)
 {
 	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_WORKER_DRAIN, .worker = worker});
+}
+
+void pen_dispatch_reset_worker(struct pen_dispatch *dispatch, uint64_t worker)
+{
+	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_WORKER_RESET, .worker = worker});
 }
 
 void pen_dispatch_progress(

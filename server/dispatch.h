@@ -47,6 +47,8 @@ struct pen_dispatch_farm {
 	void (*lease)(void *user, uint64_t worker, const struct pen_msg_lease *lease,
 		const uint8_t *mask);
 	void (*revoke)(void *user, uint64_t worker, uint64_t lease);
+	/* It takes no more leases for now, or again. */
+	void (*quarantined)(void *user, uint64_t worker, bool quarantined);
 	void *user;
 };
 
@@ -82,6 +84,7 @@ int pen_dispatch_add_worker(struct pen_dispatch *dispatch, const struct pen_sche
 	struct pen_error *err);
 void pen_dispatch_remove_worker(struct pen_dispatch *dispatch, uint64_t worker);
 void pen_dispatch_drain_worker(struct pen_dispatch *dispatch, uint64_t worker);
+void pen_dispatch_reset_worker(struct pen_dispatch *dispatch, uint64_t worker);
 void pen_dispatch_progress(
 	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_heartbeat *heartbeat);
 

@@ -351,6 +351,19 @@ static void send_revoke(void *user, uint64_t id, uint64_t lease)
 	pen_link_send(worker->link, &msg);
 }
 
+static void note_quarantine(void *user, uint64_t id, bool quarantined)
+{
+	struct worker *worker = find_worker(user, id);
+
+	if (!worker)
+		return;
+	worker->shown.quarantined = quarantined;
+	pen_log(quarantined ? PEN_LOG_ERROR : PEN_LOG_INFO, "worker %llu (%s) %s",
+		(unsigned long long)id, worker->shown.name,
+		quarantined ? "is in quarantine: others could render what it failed at"
+			    : "is out of quarantine");
+}
+
 /* The farm itself */
 
 static void handle_handle_closed(uv_handle_t *handle)
@@ -398,8 +411,8 @@ int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
 		return r;
 	}
 	(void)uv_timer_start(&farm->timer, handle_tick, TICK_MS, TICK_MS);
-	pen_dispatch_connect_farm(
-		farm->dispatch, &(struct pen_dispatch_farm){send_lease, send_revoke, farm});
+	pen_dispatch_connect_farm(farm->dispatch,
+		&(struct pen_dispatch_farm){send_lease, send_revoke, note_quarantine, farm});
 	*ret_farm = farm;
 	return 0;
 }
@@ -471,6 +484,7 @@ const char *pen_farm_why_waiting(const struct pen_farm *farm)
 	if (pen_dispatch_waiting(farm->dispatch) == 0)
 		return "";
 	if (pen_dispatch_processes(farm->dispatch) == 0)
-		return "No worker is connected.";
+		return farm->workers ? "Every worker is leaving or in quarantine."
+				     : "No worker is connected.";
 	return "All render processes that may take this work are busy.";
 }

@@ -42,7 +42,8 @@ struct pen_worker {
 	char *equivalence_class;
 	char *version;
 	bool draining;
-	uint32_t leases; /* held now */
+	bool quarantined; /* others could render what it failed at: it gets nothing for now */
+	uint32_t leases;  /* held now */
 	uint64_t units_done;
 	uint64_t samples_done;
 	double samples_per_second;	    /* over the last seconds */

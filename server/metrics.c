@@ -60,16 +60,17 @@ static void write_farm(struct pen_buf *out, const struct pen_farm *farm)
 {
 	const struct pen_farm_totals totals = pen_farm_totals(farm);
 	const struct pen_worker *worker = NULL;
-	uint32_t ready = 0, draining = 0, processes = 0, leases = 0;
+	uint32_t ready = 0, draining = 0, quarantined = 0, processes = 0, leases = 0;
 
 	while ((worker = pen_farm_next(farm, worker ? worker->id : 0))) {
-		*(worker->draining ? &draining : &ready) += 1;
+		*(worker->draining ? &draining : worker->quarantined ? &quarantined : &ready) += 1;
 		processes += worker->processes;
 		leases += worker->leases;
 	}
 	head(out, "penumbra_workers", "gauge", "Connected workers, by state.");
 	(void)pen_buf_printf(out, "penumbra_workers{state=\"ready\"} %u\n", ready);
 	(void)pen_buf_printf(out, "penumbra_workers{state=\"draining\"} %u\n", draining);
+	(void)pen_buf_printf(out, "penumbra_workers{state=\"quarantined\"} %u\n", quarantined);
 	gauge(out, "penumbra_render_processes", "Render processes of all workers.", processes);
 	gauge(out, "penumbra_leases", "Units that workers hold.", leases);
 	gauge(out, "penumbra_queue_units", "Units that could be leased now.",

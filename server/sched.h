@@ -28,11 +28,21 @@
  *
  * Blame: a unit that fails by its own fault PEN_BLAME_MAX times fails its job, each attempt on
  * another worker while there is one; being killed from outside, or losing the worker, costs
- * nothing PEN_KILLS_MAX times.
+ * nothing PEN_KILLS_MAX times. When another worker renders what some have failed at, it was their
+ * fault: that is a strike each, and PEN_STRIKES_MAX of them put a worker into quarantine.
+ *
+ * Stragglers: when nothing waits for a process and three quarters of a frame's tiles are done, it
+ * gets a unit that another worker has been at for PEN_STRAGGLER_LATENESS times the median of its
+ * job. The first result counts, the other lease is revoked.
  */
 struct pen_sched;
 
-enum { PEN_SCHED_JOBS_ACTIVE = 4 };
+enum {
+	PEN_SCHED_JOBS_ACTIVE = 4,
+	PEN_STRIKE_UNITS = 1000, /* good ones, for which a strike is forgiven */
+	PEN_STRAGGLER_MS = 200	 /* no unit is expected to take less */
+};
+#define PEN_STRAGGLER_LATENESS 1.5
 
 enum pen_sched_fault {
 	PEN_SCHED_FAULT_OWN,	  /* crash, deadline, invalid result: blame */
@@ -48,6 +58,7 @@ enum pen_sched_event_type {
 	PEN_SCHED_JOB_PRIORITY,
 	PEN_SCHED_WORKER_LEAVE, /* lost or closed */
 	PEN_SCHED_WORKER_DRAIN, /* takes no more leases */
+	PEN_SCHED_WORKER_RESET, /* its strikes are forgiven, it takes leases again */
 	PEN_SCHED_PROGRESS,
 	PEN_SCHED_RESULT, /* a valid one */
 	PEN_SCHED_MERGED,
@@ -82,11 +93,13 @@ struct pen_sched_event {
 enum pen_sched_action_type {
 	PEN_SCHED_LEASE,
 	PEN_SCHED_REVOKE,
-	PEN_SCHED_STARTED,  /* first lease: the job now belongs to a class */
-	PEN_SCHED_DECIDE,   /* what the tiles of a frame shall have further */
-	PEN_SCHED_RENDERED, /* every unit merged; the job has been dropped */
-	PEN_SCHED_FAILED,   /* for a reason; dropped */
-	PEN_SCHED_ABANDONED /* no worker of its class for a minute; dropped, to be added anew */
+	PEN_SCHED_STARTED,     /* first lease: the job now belongs to a class */
+	PEN_SCHED_DECIDE,      /* what the tiles of a frame shall have further */
+	PEN_SCHED_RENDERED,    /* every unit merged; the job has been dropped */
+	PEN_SCHED_FAILED,      /* for a reason; dropped */
+	PEN_SCHED_ABANDONED,   /* no worker of its class for a minute; dropped, to be added anew */
+	PEN_SCHED_QUARANTINED, /* worker: it takes no more leases for now */
+	PEN_SCHED_RELEASED     /* worker: it takes leases again */
 };
 
 struct pen_sched_action {
@@ -128,7 +141,9 @@ struct pen_sched_lease {
 	bool started;	  /* else it waits in the worker */
 	uint64_t samples; /* finished, as last heard */
 	int64_t granted_ms, started_ms, progress_ms;
-	double charge; /* virtual time its job was charged in advance */
+	double charge;	  /* virtual time its job was charged in advance */
+	int64_t begun_ms; /* since when its worker should be at work on it; < 0: not yet */
+	bool doubled;	  /* another worker has a lease of the same unit */
 };
 
 int pen_sched_create(struct pen_sched **ret_sched, struct pen_error *err);

@@ -110,7 +110,7 @@ run_all() {
     PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite pictures-asan 180 \
         tests/integration/test_hostile_pictures.py
     pytest_suite reference 420 tests/reference
-    pytest_suite chaos 60 tests/chaos
+    pytest_suite chaos 360 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
     pytest_suite model 90 -rP tests/model
     pytest_suite packages 180 tests/deploy

@@ -93,6 +93,8 @@
 #define PEN_CLASS_ABSENT_MS   60000
 #define PEN_BLAME_MAX	      3u
 #define PEN_KILLS_MAX	      20u
+#define PEN_STRIKES_MAX	      3u
+#define PEN_QUARANTINE_MS     600000
 #define PEN_SCENES_CACHED_MAX 8u
 #define PEN_ASSETS_CACHED_MAX (2u * PEN_ASSETS_MAX)
 

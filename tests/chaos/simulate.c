@@ -40,6 +40,8 @@ static void add(struct sim_result *total, const struct sim_result *result)
 	total->steps += result->steps;
 	total->commits += result->commits;
 	total->stale += result->stale;
+	total->doubled += result->doubled;
+	total->quarantines += result->quarantines;
 	total->done += result->done;
 	total->failed += result->failed;
 	total->cancelled += result->cancelled;
@@ -71,8 +73,9 @@ static void report(const struct sim_result *total)
 	printf("renders: %" PRIu32 " done, %" PRIu32 " failed, %" PRIu32 " cancelled\n",
 		total->done, total->failed, total->cancelled);
 	printf("steps: %" PRIu64 ", commits: %" PRIu64 ", results refused: %" PRIu64
-	       ", log %016" PRIx64 "\nfaults:",
-		total->steps, total->commits, total->stale, total->log);
+	       ", doubled: %" PRIu64 ", quarantines: %" PRIu64 ", log %016" PRIx64 "\nfaults:",
+		total->steps, total->commits, total->stale, total->doubled, total->quarantines,
+		total->log);
 	for (int i = 0; i < SIM_FAULTS; i++)
 		printf(" %s %" PRIu64, sim_fault_names[i], total->fired[i]);
 	printf("\n");

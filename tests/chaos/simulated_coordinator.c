@@ -42,8 +42,8 @@ static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *h
 
 	struct sim_tile *tile = &job->cells[sim_cell(job, held->frame, held->tile)];
 
-	tile->out = false;
-	tile->merging = good;
+	tile->out--;
+	tile->merging = tile->merging || good;
 	job->losses += !good;
 	*held = peer->leases[--peer->count];
 }
@@ -70,6 +70,26 @@ static bool skips_frame(const struct sim_job *job, uint32_t frame)
 	return false;
 }
 
+/* Whether it is the second lease of a unit, after one of another worker. */
+static bool is_twin(
+	const struct sim *sim, const struct peer *holder, const struct pen_msg_lease *lease)
+{
+	uint32_t found = 0;
+
+	for (uint32_t i = 0; i < sim->worker_count; i++)
+		for (uint32_t k = 0; k < sim->peers[i].count; k++) {
+			const struct pen_msg_lease *other = &sim->peers[i].leases[k];
+
+			if (other->job != lease->job || other->frame != lease->frame ||
+				other->tile != lease->tile)
+				continue;
+			if (&sim->peers[i] == holder || other->epoch != lease->epoch)
+				return false;
+			found++;
+		}
+	return found == 1;
+}
+
 static void check_lease(struct sim *sim, const struct peer *peer, const struct pen_msg_lease *lease)
 {
 	const struct sim_worker *worker = &sim->workers[peer - sim->peers];
@@ -80,8 +100,8 @@ static void check_lease(struct sim *sim, const struct peer *peer, const struct p
 	if (!job->listed || job->paused)
 		sim_violate(
 			sim, "a lease of render %u, which is not to go on", (unsigned)lease->job);
-	if (peer->draining)
-		sim_violate(sim, "a lease to a worker that leaves");
+	if (peer->draining || peer->quarantined)
+		sim_violate(sim, "a lease to a worker that leaves, or is in quarantine");
 	if (peer->count == 2 * worker->processes)
 		sim_violate(sim, "a lease to a worker that has enough");
 	if (strcmp(job->class_text, worker->class_text) != 0)
@@ -90,7 +110,7 @@ static void check_lease(struct sim *sim, const struct peer *peer, const struct p
 		sim_violate(sim, "a lease of frame %u, which there is not", lease->frame);
 	if (skips_frame(job, lease->frame))
 		sim_violate(sim, "frame %u begins while one before it waits", lease->frame);
-	if (tile->out || tile->merging)
+	if (tile->merging || (tile->out > 0 && !is_twin(sim, peer, lease)))
 		sim_violate(sim, "tile %u is leased twice at once", lease->tile);
 	if (lease->round != tile->rounds ||
 		lease->round >= told_rounds(job, sim_cell(job, lease->frame, lease->tile)))
@@ -133,7 +153,8 @@ static void dispatch_lease(
 		return;
 	sim->lease_last = lease->lease;
 	job = sim_find_job(sim, lease->job);
-	job->cells[sim_cell(job, lease->frame, lease->tile)].out = true;
+	sim->result->doubled += job->cells[sim_cell(job, lease->frame, lease->tile)].out;
+	job->cells[sim_cell(job, lease->frame, lease->tile)].out++;
 	peer->leases[peer->count++] = *lease;
 	index = (uint32_t)(peer - sim->peers);
 	sim_post(sim, (struct event){.type = EVENT_LEASE,
@@ -159,6 +180,20 @@ static void dispatch_revoke(void *user, uint64_t id, uint64_t lease)
 			      .connection = peer->connection,
 			      .lease = *held});
 	end_held(sim, peer, held, false);
+}
+
+static void dispatch_quarantined(void *user, uint64_t id, bool quarantined)
+{
+	struct sim *sim = user;
+	struct peer *peer = find_peer(sim, id);
+
+	sim_note(sim, 6 ^ id << 4 ^ (uint64_t)quarantined << 12);
+	if (!peer || peer->quarantined == quarantined) {
+		sim_violate(sim, "a worker goes into quarantine, or out of it, that cannot");
+		return;
+	}
+	peer->quarantined = quarantined;
+	sim->result->quarantines += quarantined;
 }
 
 static float stamp(uint64_t job, uint32_t cell, uint32_t round)
@@ -307,7 +342,8 @@ void sim_coordinator_start(struct sim *sim)
 {
 	struct pen_dispatch_jobs jobs = {dispatch_find, dispatch_started, dispatch_merge,
 		dispatch_mask, dispatch_decide, dispatch_ended, NULL, NULL, sim};
-	struct pen_dispatch_farm farm = {dispatch_lease, dispatch_revoke, sim};
+	struct pen_dispatch_farm farm = {
+		dispatch_lease, dispatch_revoke, dispatch_quarantined, sim};
 
 	if (pen_dispatch_create(&sim->dispatch, NULL) < 0)
 		abort();
@@ -644,7 +680,8 @@ static void recover_job(struct sim *sim, struct sim_job *job, bool power)
 			sim_quota_demand(job, i, job->frames[i / job->shown.tiling.count].decided)
 				.rounds)
 			tile->rounds = 0;
-		tile->out = tile->merging = false;
+		tile->out = 0;
+		tile->merging = false;
 		tile->committed = 0;
 	}
 	job->incarnation++;

@@ -35,6 +35,7 @@ struct sim_result {
 	uint64_t log; /* digest of all decisions: the same seed gives the same */
 	uint64_t fired[SIM_FAULTS];
 	uint64_t steps, commits, stale; /* stale: results that came too late */
+	uint64_t doubled, quarantines;	/* stragglers that were leased again; workers */
 	uint32_t done, failed, cancelled;
 	char violation[256]; /* "": none */
 };

@@ -33,13 +33,18 @@ class Nemesis:
         self.service, self.random = service, random.Random(seed)
         self.fired = collections.Counter()
 
+        self.kinds = {
+            "render": self.kill_render, "scene": self.kill_scene, "zygote": self.kill_zygote,
+            "pool": self.kill_pool, "stop": self.stop_render, "encoder": self.kill_encoder,
+            "coordinator": self.kill_coordinator}
+
+    def least(self):
+        return min(self.fired[kind] for kind in self.kinds)
+
     def strike(self):
-        kinds = {"render": self.kill_render, "scene": self.kill_scene, "zygote": self.kill_zygote,
-                 "pool": self.kill_pool, "stop": self.stop_render, "encoder": self.kill_encoder,
-                 "coordinator": self.kill_coordinator}
-        least = min(self.fired[kind] for kind in kinds)
-        kind = self.random.choice([k for k in sorted(kinds) if self.fired[k] == least])
-        if kinds[kind]():
+        least = self.least()
+        kind = self.random.choice([k for k in sorted(self.kinds) if self.fired[k] == least])
+        if self.kinds[kind]():
             self.fired[kind] += 1
 
     def _signal_one(self, pids, number=signal.SIGKILL):
@@ -91,15 +96,17 @@ def test_chaos():
     with farm.Farm(2) as service:
         wanted = {seed: service.render(subject(seed), 120) for seed in range(3)}
         nemesis, accepted = Nemesis(service, SEED), []
-        end = time.monotonic() + SECONDS
-        while time.monotonic() < end:
+        begin = time.monotonic()
+        # On a busy machine little happens in that time: it goes on until each fault has fired.
+        while time.monotonic() < begin + SECONDS or (
+                time.monotonic() < begin + 5 * SECONDS and (nemesis.least() < 2 or len(accepted) < 3)):
             if unfinished(service, accepted[-4:]) < 2:
                 seed = len(accepted) % len(wanted)
                 accepted.append((service.submit(subject(seed)), seed))
             time.sleep(nemesis.random.uniform(0.2, 1.2))
             nemesis.strike()
         print(dict(nemesis.fired), f"{len(accepted)} renders")
-        assert len(nemesis.fired) == 7 and min(nemesis.fired.values()) >= 2 and len(accepted) >= 3
+        assert nemesis.least() >= 2 and len(accepted) >= 3
         for render, seed in accepted:
-            service.wait(render, 60)
+            service.wait(render, 120)
             assert service.image(render) == wanted[seed], f"render {render}, seed {seed}"

@@ -49,7 +49,7 @@ struct peer {
 	uint64_t id; /* 0: not connected */
 	uint64_t connection;
 	int64_t heard_ms;
-	bool draining;
+	bool draining, quarantined;
 	struct pen_msg_lease leases[2 * PROCESSES_MAX];
 	uint32_t count;
 };
@@ -57,7 +57,8 @@ struct peer {
 struct sim_tile {
 	uint16_t rounds;    /* merged, as this coordinator knows */
 	uint16_t row, file; /* rounds in the store and in the framebuffer */
-	bool out, merging;
+	uint32_t out;	    /* leases */
+	bool merging;
 	uint64_t committed; /* round and epoch of the last commit, plus 1 */
 };
 

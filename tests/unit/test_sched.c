@@ -466,6 +466,193 @@ static void test_pause_and_drain(void **state)
 	pen_sched_destroy(sched);
 }
 
+/* A worker of two processes renders all of a job of 16 tiles but the first unit: that one's lease.
+ */
+static struct pen_sched_action straggle(struct pen_sched *sched, int64_t *ret_ms)
+{
+	struct pen_sched_action queue[64], late = {.lease = 0};
+	struct pen_sched_actions actions;
+	size_t granted = 0, done = 0;
+
+	add_job(sched, 1, 64, 1);
+	add_worker(sched, 1, 2, "a");
+	actions = tick(sched, 0);
+	for (;;) {
+		for (size_t i = 0; i < actions.count; i++)
+			if (actions.items[i].type == PEN_SCHED_LEASE)
+				queue[granted++] = actions.items[i];
+		if (late.lease == 0)
+			late = queue[done++];
+		if (done == granted)
+			break;
+		*ret_ms += 10;
+		actions = step(sched,
+			(struct pen_sched_event){.type = PEN_SCHED_RESULT,
+				.worker = 1,
+				.lease = queue[done].lease,
+				.u.seconds = 0.01},
+			*ret_ms);
+		for (size_t i = 0; i < actions.count; i++)
+			if (actions.items[i].type == PEN_SCHED_LEASE)
+				queue[granted++] = actions.items[i];
+		actions = step(sched,
+			(struct pen_sched_event){.type = PEN_SCHED_MERGED,
+				.job = 1,
+				.u.merged = {1, queue[done++].tile}},
+			*ret_ms);
+	}
+	return late;
+}
+
+/*
+ * Broken by: waiting for a unit that one worker alone is late with while another idles, helping too
+ * early, or giving it to the one that is late; by an end that is told twice, or a lease that stays.
+ */
+static void test_straggler(void **state)
+{
+	(void)state;
+	for (unsigned winner = 0; winner < 2; winner++) {
+		struct pen_sched *sched = make_sched();
+		struct pen_sched_actions actions;
+		struct pen_sched_action late, twin, first, last;
+		int64_t now_ms = 0;
+
+		late = straggle(sched, &now_ms);
+		add_worker(sched, 2, 1, "a");
+		add_worker(sched, 3, 1, "b");
+		assert_int_equal(tick(sched, PEN_STRAGGLER_MS).count, 0);
+		now_ms = 3 * PEN_STRAGGLER_MS / 2 + 1;
+		actions = tick(sched, now_ms);
+		assert_int_equal(actions.count, 1);
+		twin = find(actions, PEN_SCHED_LEASE);
+		assert_int_equal(twin.worker, 2);
+		assert_int_equal(twin.tile, late.tile);
+		assert_int_equal(twin.epoch, late.epoch);
+		assert_int_equal(tick(sched, 10 * now_ms).count, 0);
+
+		first = winner == 0 ? late : twin;
+		last = winner == 0 ? twin : late;
+		actions = step(sched,
+			(struct pen_sched_event){.type = PEN_SCHED_RESULT,
+				.worker = first.worker,
+				.lease = first.lease,
+				.u.seconds = 0.01},
+			now_ms);
+		assert_int_equal(actions.count, 1);
+		assert_int_equal(find(actions, PEN_SCHED_REVOKE).lease, last.lease);
+		assert_null(pen_sched_find_lease(sched, last.worker, last.lease));
+		actions = step(sched,
+			(struct pen_sched_event){
+				.type = PEN_SCHED_MERGED, .job = 1, .u.merged = {1, late.tile}},
+			now_ms);
+		assert_int_equal(count(actions, PEN_SCHED_RENDERED), 1);
+		pen_sched_destroy(sched);
+	}
+}
+
+/* Broken by: a unit that waits again although its twin is at work, or waits for a twin that is
+ * lost. */
+static void test_straggler_is_lost(void **state)
+{
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+	struct pen_sched_action late, twin;
+	int64_t now_ms = 0;
+
+	(void)state;
+	late = straggle(sched, &now_ms);
+	add_worker(sched, 2, 1, "a");
+	now_ms = 2 * PEN_STRAGGLER_MS;
+	twin = find(tick(sched, now_ms), PEN_SCHED_LEASE);
+	assert_int_equal(leave(sched, late.worker, now_ms).count, 0);
+	assert_int_equal(pen_sched_waiting(sched), 0);
+	add_worker(sched, 4, 1, "a");
+	actions = leave(sched, twin.worker, now_ms);
+	assert_int_equal(find(actions, PEN_SCHED_LEASE).worker, 4);
+	assert_int_equal(find(actions, PEN_SCHED_LEASE).epoch, late.epoch + 1);
+	pen_sched_destroy(sched);
+}
+
+/* Worker 1 fails at a unit of a job of one tile that worker 2 then renders. */
+static struct pen_sched_actions fail_and_succeed(struct pen_sched *sched, uint64_t job, int64_t ms)
+{
+	struct pen_sched_actions actions;
+	struct pen_sched_action lease;
+
+	add_job(sched, job, 16, 1);
+	lease = find(tick(sched, ms), PEN_SCHED_LEASE);
+	while (lease.worker != 1)
+		lease = find(
+			fail_unit(sched, lease.worker, lease.lease, PEN_SCHED_FAULT_RETURNED, ms),
+			PEN_SCHED_LEASE);
+	actions = fail_unit(sched, 1, lease.lease, PEN_SCHED_FAULT_OWN, ms);
+	lease = find(actions, PEN_SCHED_LEASE);
+	assert_int_equal(lease.worker, 2);
+	actions = step(sched,
+		(struct pen_sched_event){.type = PEN_SCHED_RESULT,
+			.worker = 2,
+			.lease = lease.lease,
+			.u.seconds = 0.01},
+		ms);
+	return actions;
+}
+
+static void merge_only_tile(struct pen_sched *sched, uint64_t job, int64_t ms)
+{
+	(void)step(sched,
+		(struct pen_sched_event){.type = PEN_SCHED_MERGED, .job = job, .u.merged = {1, 0}},
+		ms);
+}
+
+/*
+ * Broken by: leasing on to a worker that fails at what others can render, blaming one for a unit
+ * that nobody can render, or locking it out for ever.
+ */
+static void test_quarantine(void **state)
+{
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+
+	(void)state;
+	add_worker(sched, 1, 1, "a");
+	add_worker(sched, 2, 1, "a");
+	for (uint64_t job = 1; job <= PEN_STRIKES_MAX; job++) {
+		actions = fail_and_succeed(sched, job, 1);
+		assert_int_equal(count(actions, PEN_SCHED_QUARANTINED), job == PEN_STRIKES_MAX);
+		merge_only_tile(sched, job, 1);
+	}
+	assert_int_equal(pen_sched_processes(sched), 1);
+	add_job(sched, 7, 128, 1);
+	actions = tick(sched, 2);
+	assert_int_equal(count(actions, PEN_SCHED_LEASE), 2);
+	assert_int_equal(find(actions, PEN_SCHED_LEASE).worker, 2);
+	actions = step(
+		sched, (struct pen_sched_event){.type = PEN_SCHED_WORKER_RESET, .worker = 1}, 3);
+	assert_int_equal(find(actions, PEN_SCHED_RELEASED).worker, 1);
+	assert_int_equal(count(actions, PEN_SCHED_LEASE), 2);
+	pen_sched_destroy(sched);
+}
+
+/* Broken by: a quarantine that does not end, or one that is forgotten when it has ended. */
+static void test_probation(void **state)
+{
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+
+	(void)state;
+	add_worker(sched, 1, 1, "a");
+	add_worker(sched, 2, 1, "a");
+	for (uint64_t job = 1; job <= PEN_STRIKES_MAX; job++) {
+		(void)fail_and_succeed(sched, job, 1);
+		merge_only_tile(sched, job, 1);
+	}
+	assert_int_equal(count(tick(sched, PEN_QUARANTINE_MS), PEN_SCHED_RELEASED), 0);
+	assert_int_equal(count(tick(sched, PEN_QUARANTINE_MS + 1), PEN_SCHED_RELEASED), 1);
+	actions = fail_and_succeed(sched, 8, PEN_QUARANTINE_MS + 2);
+	assert_int_equal(find(actions, PEN_SCHED_QUARANTINED).worker, 1);
+	pen_sched_destroy(sched);
+}
+
 /* The leases a worker of one process holds. */
 struct hand {
 	struct pen_sched_action leases[2];
@@ -566,6 +753,10 @@ int main(void)
 		cmocka_unit_test(test_stale_result),
 		cmocka_unit_test(test_class),
 		cmocka_unit_test(test_pause_and_drain),
+		cmocka_unit_test(test_straggler),
+		cmocka_unit_test(test_straggler_is_lost),
+		cmocka_unit_test(test_quarantine),
+		cmocka_unit_test(test_probation),
 		cmocka_unit_test(test_shares),
 		cmocka_unit_test(test_active_jobs),
 	};
