@@ -99,6 +99,7 @@ run_quick() {
 run_all() {
     build release
     build asan
+    build clang # the second compiler's warnings
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'
