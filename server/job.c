@@ -39,7 +39,7 @@ bool pen_job_state_parse(const char *name, enum pen_job_state *ret_state)
 	return false;
 }
 
-static uint32_t choose_tile_px(const struct pen_jobs *jobs, struct pen_rect crop)
+static uint32_t choose_tile_px(const struct pen_jobs *jobs, const struct pen_scene *scene)
 {
 	uint32_t processes = pen_dispatch_processes(jobs->options.dispatch);
 
@@ -47,7 +47,7 @@ static uint32_t choose_tile_px(const struct pen_jobs *jobs, struct pen_rect crop
 		return jobs->options.tile_px;
 	if (processes < jobs->options.processes)
 		processes = jobs->options.processes;
-	return pen_plan_tile_px(crop, processes);
+	return pen_plan_tile_px(scene->image.crop, scene->sampling.samples, processes);
 }
 
 static int check_admission(
@@ -64,7 +64,7 @@ static int check_admission(
 static int run_create(struct pen_jobs *jobs, const struct pen_submission *submission,
 	struct pen_run **ret_run, struct pen_error *err)
 {
-	uint32_t tile_px = choose_tile_px(jobs, submission->scene->image.crop);
+	uint32_t tile_px = choose_tile_px(jobs, submission->scene);
 	struct pen_run *run = calloc(1, sizeof *run);
 	int r;
 

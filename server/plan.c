@@ -3,16 +3,24 @@
 
 #include "core/base/tile.h"
 
-enum { TILES_PER_PROCESS = 4, TILE_PX = 64, TILE_PX_MIN = 16 };
+enum {
+	TILES_PER_PROCESS = 4,
+	TILE_PX = 64,
+	TILE_PX_MIN = 16,
+	TILE_PX_FEW = 128, /* where there are at most so many samples: */
+	SAMPLES_FEW = 4,
+	TILE_SAMPLES_MIN = 8192 /* rendering fewer takes less time than handing them out */
+};
 
-uint32_t pen_plan_tile_px(struct pen_rect crop, uint32_t processes)
+uint32_t pen_plan_tile_px(struct pen_rect crop, uint32_t samples, uint32_t processes)
 {
+	uint32_t tile_px = samples <= SAMPLES_FEW ? TILE_PX_FEW : TILE_PX;
 	struct pen_tiling tiling;
-	uint32_t tile_px = TILE_PX;
 
 	for (; tile_px > TILE_PX_MIN; tile_px /= 2) {
 		pen_tiling_init(&tiling, crop, tile_px);
-		if (tiling.count >= TILES_PER_PROCESS * processes)
+		if (tiling.count >= TILES_PER_PROCESS * processes ||
+			(uint64_t)tile_px * tile_px / 4 * samples < TILE_SAMPLES_MIN)
 			break;
 	}
 	return tile_px;

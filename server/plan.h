@@ -7,9 +7,10 @@
 #include <stdint.h>
 
 /*
- * The tile size for an image: 64 pixels, or 32 or 16 where that would leave less than four tiles
- * for each of the farm's render processes. The image does not depend on it.
+ * The tile size for an image: 64 pixels, or 128 where a pixel has few samples; smaller ones where
+ * that would leave less than four tiles for each of the farm's render processes, as long as there
+ * is enough to render in a tile. The image does not depend on it.
  */
-uint32_t pen_plan_tile_px(struct pen_rect crop, uint32_t processes);
+uint32_t pen_plan_tile_px(struct pen_rect crop, uint32_t samples, uint32_t processes);
 
 #endif

@@ -12,7 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000, TOLD_MAX = 8 };
+enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000, SPARE_MS = 100, TOLD_MAX = 8 };
 
 enum entry_state {
 	ENTRY_FREE,
@@ -254,12 +254,17 @@ static int make_spare(struct pen_cache *cache, struct pen_error *err)
 		&host_events, cache, &cache->spare, err);
 }
 
-/* Gives the spare to a scene and makes another; tries again later when there is none. */
+/*
+ * Gives the spare to a scene; tries again later when there is none. The next one is made in a
+ * while: now all cores have better things to do.
+ */
 static void load(struct pen_cache *cache, struct entry *entry)
 {
 	struct pen_error err = PEN_ERROR_INIT;
 
 	entry->state = ENTRY_TEXT;
+	if (!cache->spare && make_spare(cache, &err) < 0)
+		pen_log(PEN_LOG_WARNING, "no spare scene process: %s", err.text);
 	if (!cache->spare || pen_host_load(cache->spare, entry->text, entry->frame, &err) < 0) {
 		entry->retry_ms = pen_clock_ms() + BACKOFF_MIN_MS;
 		return;
@@ -269,8 +274,7 @@ static void load(struct pen_cache *cache, struct entry *entry)
 	entry->assets_given = 0;
 	entry->since_ms = pen_clock_ms();
 	cache->spare = NULL;
-	if (make_spare(cache, &err) < 0)
-		pen_log(PEN_LOG_WARNING, "no spare scene process: %s", err.text);
+	cache->spare_retry_ms = pen_clock_ms() + SPARE_MS;
 }
 
 static struct entry *make_room(struct pen_cache *cache)
