@@ -54,6 +54,11 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	const struct pen_scene *scene = submission->scene;
 	struct pen_job job = {
 		.state = PEN_JOB_QUEUED,
+		.scene_sha256 = submission->sha256,
+		.is_preview = submission->is_preview,
+		.has_key = submission->has_key,
+		.key = submission->key,
+		.key_body = submission->key_body,
 		.width = scene->image.width,
 		.height = scene->image.height,
 		.frame_first = scene->frames.first,
@@ -68,12 +73,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	struct pen_rounds rounds;
 	int r = make_id(job.id, err);
 
-	job.is_preview = submission->is_preview;
 	if (submission->deadline_s > 0)
 		job.deadline_ms = job.created_ms + (int64_t)ceil(1e3 * submission->deadline_s);
-	if (r == 0)
-		r = pen_sha256_of(
-			submission->canonical, submission->canonical_size, &job.scene_sha256, err);
 	if (r == 0 && submission->name && !(job.name = strdup(submission->name)))
 		r = pen_error_memory(err);
 	if (r < 0)

@@ -2,6 +2,7 @@
 #include "server/api_submit.h"
 
 #include "core/base/limits.h"
+#include "server/api_again.h"
 #include "server/api_render.h"
 #include "server/api_wait.h"
 #include "server/asset_file.h"
@@ -12,6 +13,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A body of at least this size is read on the thread pool, so that the loop never stands still. */
 enum { READ_INLINE_MAX = 256 << 10 };
@@ -24,6 +26,7 @@ struct submit {
 	const char *assets_dir;
 	json_t *glb_scene; /* of a GLB, whose asset is not named yet; else NULL */
 	struct pen_submission_reading reading;
+	struct pen_submission keyed; /* its key alone */
 	int result;
 	struct pen_error err;
 };
@@ -66,6 +69,12 @@ static void refuse(struct submit *submit)
 	pen_exchange_answer(submit->exchange, &answer);
 }
 
+static void drop(struct pen_submission *submission)
+{
+	pen_scene_destroy(submission->scene);
+	free(submission->canonical);
+}
+
 /* Every asset that the scene names must be there: blames each place that names one that is not. */
 static int check_assets(struct submit *submit)
 {
@@ -85,8 +94,7 @@ static int check_assets(struct submit *submit)
 	}
 	if (errors->count == 0)
 		return 0;
-	pen_scene_destroy(submit->reading.submission.scene);
-	free(submit->reading.submission.canonical);
+	drop(&submit->reading.submission);
 	return pen_error_set(&submit->err, PEN_EINVALID, "the scene names assets that are missing");
 }
 
@@ -106,6 +114,19 @@ static int read_glb(struct submit *submit)
 	return r;
 }
 
+/* The same request again has the same bytes; a GLB's are named in its scene. */
+static void take_key(struct submit *submit)
+{
+	struct pen_submission *submission = &submit->reading.submission;
+	const struct pen_buf *body = &submit->exchange->body;
+
+	submission->has_key = submit->keyed.has_key;
+	submission->key = submit->keyed.key;
+	submission->key_body = submission->sha256;
+	if (submission->has_key && !submit->glb_scene)
+		(void)pen_sha256_of(body->data, body->size, &submission->key_body, NULL);
+}
+
 static void read_body(uv_work_t *work)
 {
 	struct submit *submit = work->data;
@@ -117,6 +138,24 @@ static void read_body(uv_work_t *work)
 					   submit->shelf, &submit->reading, &submit->err);
 	if (submit->result == 0)
 		submit->result = check_assets(submit);
+	if (submit->result == 0)
+		take_key(submit);
+}
+
+/* False when there is such a render already, or the request has been answered otherwise. */
+static bool is_new(struct pen_exchange *exchange, struct pen_submission *submission)
+{
+	struct pen_job *job;
+
+	if (pen_api_again_find(exchange, submission, &job)) {
+		if (!job)
+			return true;
+		if (submission->replaces[0] && strcmp(submission->replaces, job->id) != 0)
+			pen_jobs_replace(exchange->api->jobs, submission->replaces);
+		accepted(exchange, job, NULL);
+	}
+	drop(submission);
+	return false;
 }
 
 static void body_read(uv_work_t *work, int status)
@@ -127,15 +166,13 @@ static void body_read(uv_work_t *work, int status)
 
 	if (status < 0 || !exchange->api) {
 		(void)pen_error_set(&submit->err, PEN_ECLOSED, "the service is stopping");
-		if (submit->result == 0) {
-			pen_scene_destroy(submission->scene);
-			free(submission->canonical);
-		}
+		if (submit->result == 0)
+			drop(submission);
 		pen_exchange_error(exchange, &submit->err);
 	} else if (submit->result < 0) {
 		refuse(submit);
-	} else if (pen_jobs_submit(
-			   exchange->api->jobs, submission, accepted, exchange, &submit->err) < 0) {
+	} else if (is_new(exchange, submission) && pen_jobs_submit(exchange->api->jobs, submission,
+							   accepted, exchange, &submit->err) < 0) {
 		pen_exchange_error(exchange, &submit->err);
 	}
 	json_decref(submit->glb_scene);
@@ -197,7 +234,9 @@ void pen_api_submit(struct pen_exchange *exchange, const struct pen_api_paramete
 	submit->shelf = exchange->api->shelf;
 	submit->assets_dir = exchange->api->assets_dir;
 	submit->work.data = submit;
-	if (exchange->upload && pen_glb_request_read(exchange, &submit->glb_scene, &err) < 0) {
+	if (pen_api_again_read_key(exchange, &submit->keyed, &err) < 0 ||
+		(exchange->upload &&
+			pen_glb_request_read(exchange, &submit->glb_scene, &err) < 0)) {
 		free(submit);
 		pen_exchange_error(exchange, &err);
 		return;

@@ -8,6 +8,7 @@
 #include "server/plan.h"
 #include "server/preview.h"
 #include "server/run.h"
+#include "server/run_index.h"
 #include "server/store.h"
 
 #include <assert.h>
@@ -96,14 +97,14 @@ static void handle_accepted(void *user, const struct pen_error *err)
 		pen_run_begin(jobs, run);
 	} else {
 		jobs->unfinished_count--;
+		pen_run_unindex(jobs, run);
 		pen_run_destroy(run);
 		run = NULL;
 	}
 	pen_change_finish(change, run ? &run->job : NULL, &result);
 }
 
-/* One that has gone, or is over, needs no cancelling. */
-static void cancel_replaced(struct pen_jobs *jobs, const char *id)
+void pen_jobs_replace(struct pen_jobs *jobs, const char *id)
 {
 	struct pen_job *job = pen_jobs_find(jobs, id, NULL);
 	struct pen_error err;
@@ -147,8 +148,9 @@ int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pe
 		return r;
 	}
 	jobs->unfinished_count++;
+	pen_run_index(jobs, run);
 	if (submission->replaces[0])
-		cancel_replaced(jobs, submission->replaces);
+		pen_jobs_replace(jobs, submission->replaces);
 	return 0;
 }
 
@@ -219,6 +221,7 @@ static void handle_removed(void *user, const struct pen_error *err)
 			pen_run_retire(jobs, run);
 		else if (run->job.is_preview)
 			pen_preview_leaves(jobs, run);
+		pen_run_unindex(jobs, run);
 		pen_job_table_remove(&jobs->table, &run->job);
 		pen_run_destroy(run);
 	} else {
@@ -267,6 +270,25 @@ struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_r
 	if (ret_removed)
 		*ret_removed = removed;
 	return job;
+}
+
+int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struct pen_job **ret_job,
+	struct pen_error *err)
+{
+	struct pen_job *job = pen_job_index_find(&jobs->keys, key);
+
+	if (!job)
+		return pen_error_set(err, PEN_ENOTFOUND, "nothing was asked for with this key");
+	if (!pen_job_table_find_number(&jobs->table, job->number))
+		return pen_error_set(
+			err, PEN_EAGAIN, "what was asked for with this key is just being accepted");
+	*ret_job = job;
+	return 0;
+}
+
+struct pen_job *pen_jobs_find_content(struct pen_jobs *jobs, const struct pen_sha256 *content)
+{
+	return pen_job_index_find(&jobs->contents, content);
 }
 
 struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
@@ -381,6 +403,7 @@ static int load_job(void *user, const struct pen_job *stored, struct pen_error *
 		pen_run_destroy(run);
 		return r;
 	}
+	pen_run_index(jobs, run);
 	jobs->number_last = run->job.number;
 	if (!pen_job_is_over(run->job.state)) {
 		TAILQ_INSERT_TAIL(&jobs->unfinished, run, unfinished);
@@ -507,6 +530,8 @@ static void handle_closed(uv_handle_t *handle)
 
 	for (size_t i = 0; i < jobs->table.count; i++)
 		pen_run_destroy((struct pen_run *)jobs->table.jobs[i]);
+	pen_job_index_finish(&jobs->keys);
+	pen_job_index_finish(&jobs->contents);
 	pen_job_table_finish(&jobs->table);
 	free(jobs);
 }

@@ -127,6 +127,9 @@ struct pen_submission {
 	size_t canonical_size;
 	const char *name; /* NULL without one */
 	uint32_t priority;
+	struct pen_sha256 sha256; /* of the canonical text */
+	bool has_key;		  /* then: see struct pen_job */
+	struct pen_sha256 key, key_body;
 	bool is_preview;
 	double deadline_s;		/* from now on; 0 = none */
 	char replaces[PEN_JOB_ID_TEXT]; /* a render that is cancelled for it; "" = none */
@@ -159,6 +162,19 @@ int pen_jobs_delete(struct pen_jobs *jobs, struct pen_job *job, pen_job_fn *fn, 
 
 /* fn, or nothing when it is NULL, runs whenever a render is over; it must not ask for a change. */
 void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user);
+
+/* Cancels a render that another one takes the place of; one that has gone or is over stays so. */
+void pen_jobs_replace(struct pen_jobs *jobs, const char *id);
+
+/*
+ * The render that was asked for with this key: PEN_ENOTFOUND, or PEN_EAGAIN while it is being
+ * accepted.
+ */
+int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struct pen_job **ret_job,
+	struct pen_error *err);
+
+/* The newest render that is done and has this content address (server/content.h), or NULL. */
+struct pen_job *pen_jobs_find_content(struct pen_jobs *jobs, const struct pen_sha256 *content);
 
 /* NULL when there is none. *ret_removed (may be NULL) tells whether there once was one. */
 struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/preview.h"
 
+#include "server/run_index.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -59,6 +61,7 @@ bool pen_preview_open_text(const struct pen_jobs *jobs, const struct pen_sha256 
 static void forget(struct pen_jobs *jobs, struct pen_run *run)
 {
 	pen_preview_leaves(jobs, run);
+	pen_run_unindex(jobs, run);
 	pen_run_unlink(jobs, &run->job);
 	pen_job_table_forget(&jobs->table, &run->job);
 	pen_run_destroy(run);

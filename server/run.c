@@ -3,9 +3,11 @@
 
 #include "core/base/clock.h"
 #include "core/base/log.h"
+#include "server/content.h"
 #include "server/job_texts.h"
 #include "server/preview.h"
 #include "server/report.h"
+#include "server/run_index.h"
 #include "server/store.h"
 
 #include <assert.h>
@@ -198,6 +200,7 @@ static void show_end(struct pen_jobs *jobs, struct pen_run *run, const struct pe
 	pen_run_retire(jobs, run);
 	pen_log(PEN_LOG_INFO, "render %s: %s%s%s", run->job.id, pen_job_state_name(change->state),
 		change->error.text[0] ? ": " : "", change->error.text);
+	pen_run_index(jobs, run);
 	if (run->job.is_preview)
 		pen_preview_ended(jobs, run);
 	if (jobs->heard)
@@ -546,18 +549,13 @@ static const struct pen_job *dispatch_find(void *user, uint64_t number)
 	return &pen_run_find(user, number)->job;
 }
 
-/* The content address: SHA-256 of the scene's digest and the class. */
 static void set_class(struct pen_job *shown, const char *equivalence_class)
 {
-	char text[PEN_SHA256_TEXT + PEN_CLASS_BYTES_MAX + 2];
 	struct pen_sha256 content;
 
 	free(shown->equivalence_class);
 	shown->equivalence_class = strdup(equivalence_class);
-	pen_sha256_format(&shown->scene_sha256, text);
-	(void)snprintf(text + PEN_SHA256_TEXT - 1, sizeof text - PEN_SHA256_TEXT + 1, " %s",
-		equivalence_class);
-	if (pen_sha256_of(text, strlen(text), &content, NULL) == 0)
+	if (pen_content_of(&shown->scene_sha256, equivalence_class, &content, NULL) == 0)
 		pen_sha256_format(&content, shown->content);
 }
 

@@ -6,6 +6,7 @@
 #include "server/canvas.h"
 #include "server/dispatch.h"
 #include "server/job.h"
+#include "server/job_index.h"
 #include "server/job_table.h"
 #include "server/reel.h"
 #include "server/tiles.h"
@@ -53,6 +54,8 @@ struct pen_jobs {
 	uv_loop_t *loop;
 	struct pen_jobs_options options;
 	struct pen_job_table table;
+	struct pen_job_index keys;     /* of those that were asked for with one */
+	struct pen_job_index contents; /* of those that are done, but for previews */
 	TAILQ_HEAD(pen_run_list, pen_run) unfinished;
 	uint32_t unfinished_count;    /* those that are being accepted, too */
 	struct pen_run_list previews; /* that are over, in that order */

@@ -191,6 +191,8 @@ static int read_tree(struct pen_submission_reading *reading, json_t *tree, struc
 	/* Defaults make the text longer than what was sent; the limit is that of memory. */
 	pen_buf_init(&canonical, PEN_SCENE_MEMORY_MAX);
 	r = pen_json_canonical(tree, &canonical, err);
+	if (r == 0)
+		r = pen_sha256_of(canonical.data, canonical.size, &reading->submission.sha256, err);
 	if (r < 0) {
 		pen_buf_finish(&canonical);
 		pen_scene_destroy(scene);
