@@ -15,7 +15,7 @@ _Static_assert(PEN_IMAGE_SIDE_MAX <= 1u << 16, "a pixel's key holds two halves o
 void pen_sampler_init(
 	struct pen_sampler *sampler, const struct pen_sampling_desc *desc, uint32_t frame)
 {
-	uint32_t columns = 1, share = 16;
+	uint32_t columns = 1, share = 1;
 
 	while (columns * columns < desc->samples)
 		columns++;

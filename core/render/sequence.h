@@ -37,7 +37,7 @@ void pen_sampler_init(
  * interleaved sampling (Keller, Heidrich 2001): there the pixels of a square block of `pattern`
  * pixels have a pattern of their own each, and all blocks have the same. Of sobol's these are
  * shares of one pattern: the pixels have one key, and each has its own aligned range of indices,
- * so that they are stratified among themselves, too.
+ * as long as `samples` asks for, so that they are stratified among themselves, too.
  */
 static inline uint32_t pen_sampler_key(const struct pen_sampler *sampler, uint32_t x, uint32_t y)
 {

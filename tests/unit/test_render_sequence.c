@@ -167,6 +167,32 @@ static void check_shares(const struct pen_sampler *sampler)
 	assert_true(is_net(u, v, SAMPLES));
 }
 
+/* So are those of one sample, or two or four, of each, however they are asked for. */
+static void check_few_shares(uint32_t samples)
+{
+	const struct pen_sampling_desc desc = {.mode = PEN_SAMPLING_INTERLEAVED,
+		.pattern = 4,
+		.samples = samples,
+		.sequence = PEN_SEQUENCE_SOBOL};
+	struct pen_sampler sampler;
+	float u[SAMPLES], v[SAMPLES];
+
+	pen_sampler_init(&sampler, &desc, 1);
+	for (uint32_t i = 0; i < samples; i++) {
+		struct pen_camera_samples grid, block;
+
+		pen_sampler_grid(&sampler, 40, 8, i, &grid);
+		memcpy(&u[16 * i], grid.x, sizeof grid.x);
+		memcpy(&v[16 * i], grid.y, sizeof grid.y);
+		for (uint32_t lane = 0; lane < 16; lane++) {
+			pen_sampler_block(&sampler, 40 + lane % 4, 8 + lane / 4, 0, &block);
+			assert_true(grid.x[lane] == block.x[i]);
+			assert_true(grid.time[lane] == block.time[i]);
+		}
+	}
+	assert_true(is_net(u, v, 16 * samples));
+}
+
 /* Interleaved sampling that repeats a pixel's pattern within the block, or another over it. */
 static void interleaved_blocks_share_a_pattern(void **state)
 {
@@ -180,6 +206,8 @@ static void interleaved_blocks_share_a_pattern(void **state)
 	(void)state;
 	pen_sampler_init(&sampler, &desc, 1);
 	check_shares(&sampler);
+	for (uint32_t samples = 1; samples < 16; samples *= 2)
+		check_few_shares(samples);
 	for (desc.sequence = PEN_SEQUENCE_SOBOL; desc.sequence <= PEN_SEQUENCE_RANDOM;
 		desc.sequence++) {
 		desc.pattern = 3;
