@@ -21,6 +21,7 @@ def rates():
 
 
 def section(given):
+    load = rig.load()
     rays = [[kind, name, single, packet, packet.median / single.median]
             for (kind, name), (single, packet) in rates().items()]
     rows = []
@@ -37,7 +38,7 @@ alone, by `tests/bench/packets.c`: the same 262,144 camera rays, and the shadow 
 from what they hit, through Embree singly and in packets of sixteen, on 400 spheres of triangles.
 Whitted's packets are 4×4 pixels, one light point, mirrors; those of distribution ray tracing are
 sixteen samples of one pixel, over a lens, an area light and wide lobes. Millions of rays a second
-of processor time:
+of processor time, on a machine with {load}:
 
 {rig.table(['', 'rays', 'singly', 'in packets', 'ratio'], rays)}
 
@@ -46,7 +47,8 @@ Then the renderer, 32 samples a pixel of three reference scenes with both integr
 whitted follows both branches, distribution one):
 
 {rig.table(['scene', 'whitted', 'distribution', 'ratio'], rows)}"""
-    gains = {kind: [row[4] for row in rays if row[0] == kind] for kind in ("whitted", "distribution")}
+    gains = {kind: [row[4] for row in rays if row[0] == kind]
+             for kind in ("whitted", "distribution")}
     return text, [["rays a second in packets over singly: camera, shadow, reflected",
                    "as well for distribution as for Whitted's",
                    "; ".join(f"{kind} {', '.join(f'{gain:.2f}' for gain in found)}"

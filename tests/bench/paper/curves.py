@@ -6,12 +6,13 @@ COLORS = {"uniform": "#1f6fb4", "adaptive": "#c8501e"}
 KEYS = {"p99": "99th percentile", "rmse": "RMSE"}
 SAMPLES = [16 << 2 * i for i in range(4)]
 ERRORS = [0.1, 0.01, 0.001]
+LEAST = 0.0004
 WIDTH, HEIGHT = 380, 250
 
 
 def place(samples, error):
     """Within a panel."""
-    return 60 + 46 * math.log2(samples / 16), 30 + 95 * math.log10(ERRORS[0] / error)
+    return 60 + 46 * math.log2(samples / 16), 30 + 80 * math.log10(ERRORS[0] / error)
 
 
 def curve(rows, key):
@@ -26,7 +27,7 @@ def curve(rows, key):
 def axes():
     parts = []
     for samples in SAMPLES:
-        x, y = place(samples, ERRORS[-1])
+        x, y = place(samples, LEAST)
         parts.append(f'<path d="M{x:.0f} 30V{y:.0f}" stroke="#ddd"/>'
                      f'<text x="{x:.0f}" y="{y + 14:.0f}" text-anchor="middle">{samples}</text>')
     for error in ERRORS:

@@ -79,6 +79,11 @@ class Rig:
         return {key: spread(found) for key, found in times.items()}
 
 
+def load():
+    """How busy the machine was in the last minute, as a sentence's part."""
+    return f"a load of {os.getloadavg()[0]:.0f} on {os.cpu_count()} cores"
+
+
 def spread(values):
     return Spread(statistics.median(values), min(values), max(values))
 

@@ -39,7 +39,7 @@ def views(name):
 
 
 def section(given):
-    rows = []
+    rows, load = [], rig.load()
     for name in SCENES:
         times = [first_image(given.service, wanted) for wanted in views(name)]
         first, rest = times[0], times[1:]
@@ -52,7 +52,8 @@ def section(given):
 The paper renders interactively, by coherent packets on several machines. Here a client POSTs a
 scene whose camera has moved, {VIEWS} times, at {SIZE['width']}×{SIZE['height']}, and measures by the
 clock, over HTTP, until every pixel has its first sample, and until it has fetched the PNG of that.
-Each view is a render of its own, with a scene of its own: validated, stored, built.
+Each view is a render of its own, with a scene of its own: validated, stored, built. The machine had
+{load} meanwhile.
 
 {rig.table(head, rows)}"""
     return text, [["images a second after a change of view", "interactive",
