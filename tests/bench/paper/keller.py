@@ -51,8 +51,7 @@ def section(given):
 A sample pattern for each pixel of a block, the block repeated over the image, against patterns of
 each pixel's own, on the penumbras of `soft_shadow`, {SIZE['width']}×{SIZE['height']}. A pixel alone is no
 better. What is gained is that the patterns of a block complete each other: see the error of means
-over blocks. Of a Sobol' sequence sixteen patterns are a whole, nine are not, which shows when a
-pixel has few samples.
+over blocks.
 
 {rig.table(head, rows)}
 

@@ -89,7 +89,8 @@ def section(given):
 
 Adaptive sampling, from 16 up to {MOST} samples a pixel, against uniform counts, {SIZE['width']}×\
 {SIZE['height']}. Errors are of v / (1 + v), the largest of three channels, against {TRUTH} samples.
-"Saved" is how many times as many samples uniform sampling takes for the same error.
+"Saved" is how many times as many samples uniform sampling takes for the same error. Where it
+takes {UNIFORM[-1]}, it would take more, which were not rendered.
 
 {rig.table(head, saved)}
 
