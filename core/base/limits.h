@@ -67,6 +67,7 @@
 #define PEN_GLTF_DEPTH_MAX	 256u	/* of its node tree */
 #define PEN_GLTF_MORPHS_MAX	 64u	/* targets of one mesh */
 #define PEN_GLTF_WARNINGS_MAX	 64u
+#define PEN_GLTF_ZEROS_MAX	 (1u << 26)  /* numbers of one asset that no bytes stand for */
 #define PEN_GLTF_TEXTURES_MAX	 8192u	     /* and pictures, of a scene with all its assets */
 #define PEN_GLTF_MEMORY_MAX	 (4ul << 30) /* what all assets of a scene hold, read out */
 

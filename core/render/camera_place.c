@@ -15,6 +15,13 @@ static double length_of(const double v[3])
 	return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+static double distance(const double a[3], const double b[3])
+{
+	const double between[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+
+	return length_of(between);
+}
+
 /* How far a view is from looking along its up, which would leave it without a right. */
 static double spread(const struct pen_camera_key *key)
 {
@@ -88,6 +95,9 @@ int pen_camera_place(const struct pen_scene *scene, const struct pen_shutter *sh
 		memcpy(camera.position, keys->position, sizeof camera.position);
 		memcpy(camera.look_at, keys->look_at, sizeof camera.look_at);
 		memcpy(camera.up, keys->up, sizeof camera.up);
+		if (r == 0 && camera.given & PEN_CAMERA_LOOK_AT &&
+			!(camera.given & PEN_CAMERA_FOCUS))
+			camera.focus_distance = distance(keys->position, keys->look_at);
 		camera.keys = keys;
 		camera.key_count = steps > 1 ? steps : 0;
 	}

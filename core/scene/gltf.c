@@ -192,15 +192,15 @@ static int conclude(struct pen_gltf_reading *r, struct pen_error *err)
 	if (r->out_of_memory)
 		return pen_error_memory(err);
 	if (r->is_full)
-		return pen_error_set(err, PEN_ELIMIT,
-			"the glTF assets hold more objects, lights, nodes or textures than a scene "
-			"may");
+		pen_gltf_refuse(r,
+			"with this the glTF assets hold more objects, lights, nodes, textures "
+			"or numbers than a scene may");
 	if (r->found == 0)
 		return 0;
 	if (r->found > 1)
 		(void)snprintf(more, sizeof more, " (and %zu more)", r->found - 1);
-	return pen_error_set(
-		err, PEN_EINVALID, "scene at %s: %s%s", first->pointer, first->detail, more);
+	return pen_error_set(err, r->is_full ? PEN_ELIMIT : PEN_EINVALID, "scene at %s: %s%s",
+		first->pointer, first->detail, more);
 }
 
 static int expand(struct expansion *e, struct pen_error *err)

@@ -242,14 +242,32 @@ static bool read_numbers(struct pen_gltf_reading *r, int index,
 	return !accessor->is_sparse || substitute(r, index, accessor, to);
 }
 
+/* A few bytes of text may ask for any number of zeros. */
+static bool take_zeros(
+	struct pen_gltf_reading *r, int index, const struct pen_gltf_accessor *accessor)
+{
+	const size_t count = accessor->count * accessor->width;
+
+	if (count > PEN_GLTF_ZEROS_MAX - r->asset->zeros) {
+		pen_gltf_refuse(r,
+			"accessor %d: more than %u numbers of the file have no bytes of their own",
+			index, PEN_GLTF_ZEROS_MAX);
+		return false;
+	}
+	r->asset->zeros += count;
+	return true;
+}
+
 /* Lets an accessor's bytes be found before memory is taken for its numbers. */
-static bool precheck(struct pen_gltf_reading *r, const struct pen_gltf_accessor *accessor)
+static bool precheck(
+	struct pen_gltf_reading *r, int index, const struct pen_gltf_accessor *accessor)
 {
 	struct run run = {.count = accessor->count,
 		.component = accessor->component,
 		.width = accessor->width};
 
-	return accessor->view < 0 || find_run(r, accessor->view, accessor->offset, &run);
+	return accessor->view < 0 ? take_zeros(r, index, accessor)
+				  : find_run(r, accessor->view, accessor->offset, &run);
 }
 
 static const float *read_floats(
@@ -257,7 +275,7 @@ static const float *read_floats(
 {
 	float *floats;
 
-	if (!precheck(r, accessor))
+	if (!precheck(r, index, accessor))
 		return NULL;
 	floats = pen_gltf_alloc(r, accessor->count * accessor->width, sizeof *floats);
 	if (!floats || !read_numbers(r, index, accessor, (struct numbers){.floats = floats}))
@@ -300,7 +318,7 @@ uint32_t *pen_gltf_accessor_integers(
 		pen_gltf_refuse(r, "accessor %d: it must hold unsigned integers", index);
 		return NULL;
 	}
-	if (!precheck(r, accessor))
+	if (!precheck(r, index, accessor))
 		return NULL;
 	integers = pen_gltf_alloc(r, accessor->count * width, sizeof *integers);
 	if (!integers || !read_numbers(r, index, accessor, (struct numbers){.integers = integers}))

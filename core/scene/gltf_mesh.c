@@ -205,8 +205,15 @@ static void read_morphs(struct pen_gltf_reading *r, const struct primitive *prim
 	struct pen_deform_desc *deform)
 {
 	const struct pen_gltf_primitive *from = primitive->from;
+	const struct pen_gltf_primitive *first = from - primitive->index;
 
 	pen_gltf_at_part(r, "primitive %zu, targets", primitive->index);
+	/* Weights, and what moves them, are the mesh's: as many for each. */
+	if (from->target_count != first->target_count) {
+		pen_gltf_refuse(r, "%zu morph targets, but the first primitive has %zu",
+			from->target_count, first->target_count);
+		return;
+	}
 	if (from->target_count > PEN_GLTF_MORPHS_MAX) {
 		pen_gltf_refuse(r, "more than %u morph targets", PEN_GLTF_MORPHS_MAX);
 		return;

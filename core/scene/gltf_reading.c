@@ -152,11 +152,17 @@ void pen_gltf_warn(struct pen_gltf_reading *r, const char *format, ...)
 
 void *pen_gltf_alloc(struct pen_gltf_reading *r, size_t count, size_t size)
 {
+	const struct pen_arena *arena = &r->scene->arena;
 	void *memory = pen_arena_alloc(&r->scene->arena, count, size);
+	size_t total;
 
-	if (!memory)
+	if (memory)
+		return memory;
+	if (__builtin_mul_overflow(count, size, &total) || total > arena->max - arena->used)
+		r->is_full = true;
+	else
 		r->out_of_memory = true;
-	return memory;
+	return NULL;
 }
 
 const char *pen_gltf_text(struct pen_gltf_reading *r, const char *text)

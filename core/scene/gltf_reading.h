@@ -48,15 +48,16 @@ struct pen_gltf_asset {
 	const struct pen_track *weights;   /* of morph targets, one a node */
 	const uint32_t *order;		   /* of the default scene's nodes, parents first */
 	uint32_t order_count;
+	size_t zeros; /* numbers that no bytes stand for */
 };
 
 /* All reading of one scene. The lists are copied into the scene's arena in the end. */
 struct pen_gltf_reading {
 	struct pen_scene *scene;
 	struct pen_scene_errors *errors;
-	size_t found; /* errors, also those that there is no room for */
-	bool out_of_memory;
-	bool is_full; /* a list or the memory has reached its limit */
+	size_t found;	    /* errors, also those that there is no room for */
+	bool out_of_memory; /* of the machine */
+	bool is_full;	    /* a list or the memory has reached its limit */
 
 	const char *pointer; /* of the glTF object at hand */
 	struct pen_gltf_asset *asset;
