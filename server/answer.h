@@ -11,7 +11,7 @@
 
 /* An HTTP answer before it is sent: status, fields, and a body in memory or in a file. */
 
-enum { PEN_ANSWER_FIELDS_MAX = 8, PEN_ANSWER_VALUE = 128 };
+enum { PEN_ANSWER_FIELDS_MAX = 8, PEN_ANSWER_VALUE = 256 };
 
 struct pen_answer_field {
 	const char *name; /* static */

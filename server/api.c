@@ -6,6 +6,7 @@
 #include "server/api_events.h"
 #include "server/api_farm.h"
 #include "server/api_image.h"
+#include "server/api_page.h"
 #include "server/api_render.h"
 #include "server/api_scene.h"
 #include "server/api_submit.h"
@@ -45,7 +46,8 @@ static const struct route {
 	{"/readyz", PEN_GET, pen_api_readyz},
 	{"/openapi.json", PEN_GET, pen_api_openapi},
 	{"/scene.schema.json", PEN_GET, pen_api_scene_schema},
-	{"/", PEN_GET, pen_api_root},
+	{"/", PEN_GET, pen_api_page},
+	{"/web/{page}", PEN_GET, pen_api_page},
 };
 
 enum { ROUTES = sizeof routes / sizeof routes[0] };
@@ -77,8 +79,9 @@ static bool capture(char letter, const char **path, struct pen_api_parameters *f
 		{'h', found->hash, sizeof found->hash},
 		{'n', found->frame, sizeof found->frame},
 		{'e', found->extension, sizeof found->extension},
+		{'p', found->page, sizeof found->page},
 	};
-	size_t length = strcspn(*path, "/."), i = 0;
+	size_t length = letter == 'p' ? strlen(*path) : strcspn(*path, "/."), i = 0;
 
 	while (places[i].letter != letter)
 		i++;

@@ -33,6 +33,7 @@ struct pen_api_parameters {
 	char hash[PEN_SHA256_TEXT];
 	char frame[16]; /* "": none */
 	char extension[8];
+	char page[64]; /* the rest of the path */
 };
 
 /*

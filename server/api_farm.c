@@ -115,11 +115,3 @@ void pen_api_readyz(struct pen_exchange *exchange, const struct pen_api_paramete
 	(void)parameters;
 	answer_text(exchange, draining ? 503 : 200, draining ? "draining\n" : "ok\n");
 }
-
-void pen_api_root(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
-{
-	(void)parameters;
-	answer_text(exchange, 200,
-		"Penumbra " PEN_VERSION ", a render service.\n"
-		"POST a scene to /v1/renders, then poll what Location names.\n");
-}

@@ -4,12 +4,11 @@
 
 #include "server/api.h"
 
-/* GET /v1/workers, /v1/farm, /metrics, /livez, /readyz and /. */
+/* GET /v1/workers, /v1/farm, /metrics, /livez and /readyz. */
 void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_metrics(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_livez(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_readyz(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
-void pen_api_root(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 
 #endif

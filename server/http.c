@@ -111,6 +111,14 @@ static bool request_awaited(const struct request *request)
 
 /* Answers */
 
+static bool answer_has(const struct pen_answer *answer, const char *name)
+{
+	for (size_t i = 0; i < answer->field_count; i++)
+		if (strcmp(answer->fields[i].name, name) == 0)
+			return true;
+	return false;
+}
+
 static void add_fields(struct MHD_Response *response, const struct pen_answer *answer)
 {
 	static const char *const always[][2] = {
@@ -121,7 +129,8 @@ static void add_fields(struct MHD_Response *response, const struct pen_answer *a
 	};
 
 	for (size_t i = 0; i < sizeof always / sizeof always[0]; i++)
-		(void)MHD_add_response_header(response, always[i][0], always[i][1]);
+		if (!answer_has(answer, always[i][0]))
+			(void)MHD_add_response_header(response, always[i][0], always[i][1]);
 	if (answer->content_type)
 		(void)MHD_add_response_header(
 			response, MHD_HTTP_HEADER_CONTENT_TYPE, answer->content_type);

@@ -10,7 +10,7 @@ import pytest
 import tree
 
 C = (".c", ".h", ".cpp")
-SOURCES = C + (".proto", ".py", ".sh", ".lua")
+SOURCES = C + (".proto", ".py", ".sh", ".lua", ".js", ".mjs", ".css")
 FILE_LINES_MAX = 800
 FUNCTION_LINES_MAX = 70
 

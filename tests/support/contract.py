@@ -29,7 +29,7 @@ def validate(schema, value):
 def pattern_of(template):
     """A regular expression for the paths of a template."""
     pieces = re.split(r"\{\w+\}", template)
-    return "([^/.]+)".join(map(re.escape, pieces))
+    return ("(.+)" if "{page}" in template else "([^/.]+)").join(map(re.escape, pieces))
 
 
 def find(path):

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+import {Latest} from "../base/latest.js";
+import {follow} from "../service/events.js";
+import {getBitmap, imagePath, renderPath} from "../service/client.js";
+
+const PACE = 2; // fetching takes at most a third of the time: encoding takes from rendering
+
+/**
+ * Brings a render onto the stage while it is being rendered: the tiles that the events tell are cut
+ * out of image.jpg. "progress" and "done" come with what the events say in detail.
+ */
+export class Live extends EventTarget {
+    #id;
+    #stage;
+    #query;
+    #tiles = [];
+    #fetches = new Latest(() => this.#fetch(), PACE);
+    #stop;
+    #closed = false;
+
+    constructor(id, stage, query = {}) {
+        super();
+        this.#id = id;
+        this.#stage = stage;
+        this.#query = query;
+        this.#stop = follow(`${renderPath(id)}/events`, {
+            onTiles: ({tiles}) => this.#take(tiles),
+            onProgress: (progress) => this.#tell("progress", progress),
+            onDone: (render) => this.#finish(render),
+        });
+    }
+
+    close() {
+        this.#closed = true;
+        this.#stop();
+    }
+
+    #take(tiles) {
+        this.#tiles.push(...tiles);
+        this.#fetches.push(null);
+    }
+
+    async #fetch() {
+        const tiles = this.#tiles;
+        this.#tiles = [];
+        if (this.#closed)
+            return;
+        try {
+            const {bitmap} = await getBitmap(imagePath(this.#id, "jpg", this.#query));
+            if (!this.#closed) {
+                this.#stage.drawTiles(bitmap, tiles);
+                this.#stage.glow(tiles);
+                this.#tell("drawn", null);
+            }
+        } catch {
+            this.#tiles.unshift(...tiles); // with the next ones, or when it is done
+        }
+    }
+
+    #finish(render) {
+        this.#fetches.clear();
+        if (!this.#closed)
+            this.#tell("done", render);
+    }
+
+    #tell(name, detail) {
+        this.dispatchEvent(new CustomEvent(name, {detail}));
+    }
+}

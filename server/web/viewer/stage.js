@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+
+const PIXELS_MAX = 1 << 24;
+const GLOW_MS = 700;
+
+/**
+ * The canvas that holds the image as far as it is known, and one above it where tiles that have just
+ * come glow. Of very large images it is smaller than they are.
+ */
+export class Stage {
+    #canvas;
+    #glow;
+    #scale = 1;
+    #tiles = [];
+    #calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+    constructor(canvas, glow) {
+        this.#canvas = canvas;
+        this.#glow = glow;
+    }
+
+    /** Begins with nothing, for an image of this size. */
+    clear(width, height) {
+        this.#scale = Math.min(1, Math.sqrt(PIXELS_MAX / (width * height)));
+        for (const canvas of [this.#canvas, this.#glow]) {
+            canvas.width = Math.max(1, Math.round(width * this.#scale));
+            canvas.height = Math.max(1, Math.round(height * this.#scale));
+        }
+        this.#tiles = [];
+    }
+
+
+    /** The whole image, whatever the bitmap's own size. */
+    draw(bitmap) {
+        const context = this.#canvas.getContext("2d");
+        context.imageSmoothingQuality = "high";
+        context.drawImage(bitmap, 0, 0, this.#canvas.width, this.#canvas.height);
+    }
+
+    /** Only these rectangles, [x, y, width, height] of the image, of a bitmap of the whole. */
+    drawTiles(bitmap, tiles) {
+        const context = this.#canvas.getContext("2d");
+        const sx = this.#canvas.width / bitmap.width, sy = this.#canvas.height / bitmap.height;
+        for (const [x, y, width, height] of tiles)
+            context.drawImage(bitmap, x, y, width, height, x * sx, y * sy, width * sx, height * sy);
+    }
+
+    /** Shows that these rectangles have just come. */
+    glow(tiles) {
+        if (this.#calm.matches)
+            return;
+        const until = performance.now() + GLOW_MS;
+        if (this.#tiles.length === 0)
+            requestAnimationFrame(() => this.#drawGlow());
+        this.#tiles.push(...tiles.map((tile) => ({tile, until})));
+    }
+
+    #drawGlow() {
+        const context = this.#glow.getContext("2d");
+        const now = performance.now();
+        context.clearRect(0, 0, this.#glow.width, this.#glow.height);
+        this.#tiles = this.#tiles.filter(({until}) => until > now);
+        context.strokeStyle = getComputedStyle(this.#glow).color;
+        context.lineWidth = Math.max(1, this.#glow.width / 640);
+        for (const {tile: [x, y, width, height], until} of this.#tiles) {
+            context.globalAlpha = (until - now) / GLOW_MS;
+            context.strokeRect(x * this.#scale + 0.5, y * this.#scale + 0.5, width * this.#scale - 1, height * this.#scale - 1);
+        }
+        context.globalAlpha = 1;
+        if (this.#tiles.length > 0)
+            requestAnimationFrame(() => this.#drawGlow());
+    }
+}
