@@ -71,10 +71,12 @@ pytest_suite() {
 }
 
 build() {
-    local preset=$1 start=$SECONDS
+    local preset=$1 start=$SECONDS # what follows are targets; none: all
+    shift
     printf '== build %s\n' "$preset"
     if cmake --preset "$preset" >"$logs/build-$preset.log" 2>&1 &&
-        cmake --build --preset "$preset" -j "$(nproc)" >>"$logs/build-$preset.log" 2>&1; then
+        cmake --build --preset "$preset" -j "$(nproc)" ${1:+--target "$@"} \
+            >>"$logs/build-$preset.log" 2>&1; then
         printf '   build %s: %d s\n' "$preset" $((SECONDS - start))
         return
     fi
@@ -100,6 +102,7 @@ run_all() {
     build release
     build asan
     build clang # the second compiler's warnings
+    build fuzz fuzz_gltf fuzz_picture fuzz_scene fuzz_wire
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'
@@ -110,6 +113,11 @@ run_all() {
     pytest_suite gltf 120 tests/gltf
     PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite pictures-asan 180 \
         tests/integration/test_hostile_pictures.py
+    PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite models-asan 90 \
+        tests/integration/test_gltf_models.py
+    PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite hostile-asan 120 \
+        tests/integration/test_hostile_assets.py -k within_limits
+    suite fuzz 90 $python tests/bench/fuzz.py --seconds 10 --no-record
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 360 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60

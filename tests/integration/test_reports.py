@@ -2,6 +2,7 @@
 """What is wrong with a scene, or left out of it, is told with its render, and not forgotten."""
 import hashlib
 import subprocess
+import time
 
 import farm
 import pytest
@@ -157,6 +158,30 @@ def test_a_broken_picture_is_told_with_its_place(farm_of_one):
     found = service.wait(service.submit(body), 2, state="failed")
     assert [e["pointer"] for e in found["errors"]] == ["/textures/cut"]
     assert found["errors"][0]["detail"] and found["error"]
+
+
+def test_a_required_extension_is_an_error_that_names_it(farm_of_one):
+    """Breaks when a file is rendered without what it says that it cannot do without, or when it is
+    not told which extension that is."""
+    names = ["EXT_nothing", "KHR_draco_mesh_compression"]
+    for name in names:
+        file = glb(*triangle(extensionsUsed=names, extensionsRequired=[name]))
+        found = farm_of_one.wait(of_files(farm_of_one, file), state="failed")
+        assert [e["pointer"] for e in found["errors"]] == ["/objects/0"]
+        assert name in found["errors"][0]["detail"] and name in found["error"]
+        assert found["warnings"] == []
+
+
+def test_what_is_wrong_is_told_within_a_second(farm_of_one):
+    """Breaks when a render of a broken file waits for anything but a free worker: a lease that runs
+    out, or other workers to try. The best of a few, since the machine may be busy."""
+    def seconds(seed):
+        start = time.monotonic()
+        found = farm_of_one.wait(of_files(farm_of_one, broken(7), seed=seed), state="failed")
+        assert 'mesh 0 "Fan"' in found["errors"][0]["detail"]
+        return time.monotonic() - start
+
+    assert min(seconds(seed) for seed in range(5)) <= 1 * farm.SLOW
 
 
 def test_what_is_left_out_is_told_to_each_render(farm_of_one):
