@@ -70,7 +70,8 @@ static void collect(DIR *assets, uint32_t keep_s, struct candidates *candidates)
 			pen_sha256_parse(entry->d_name, &sha256) &&
 			is_old(dirfd(assets), entry->d_name, keep_s))
 			add(candidates, &sha256);
-	qsort(candidates->items, candidates->count, sizeof *candidates->items, compare);
+	if (candidates->count > 0)
+		qsort(candidates->items, candidates->count, sizeof *candidates->items, compare);
 	candidates->named = calloc(candidates->count + 1, sizeof *candidates->named);
 	candidates->failed |= !candidates->named;
 }
