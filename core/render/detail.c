@@ -324,6 +324,7 @@ static void set_principled(const struct pen_render_scene *scene,
 		points->normal_x[lane], points->normal_y[lane], points->normal_z[lane]};
 	const struct pen_texel glow = read_input(&inputs[PEN_INPUT_EMISSION], at);
 
+	points->additive[lane] = material->is_additive ? UINT32_MAX : 0;
 	points->alpha[lane] = alpha_of(roughness);
 	points->f0[lane] = material->f0;
 	points->metallic[lane] = material->metallic * read_number(&inputs[PEN_INPUT_METALLIC], at);
@@ -439,7 +440,7 @@ static void clear_principled(struct pen_points *points)
 		points->coat_x[i] = points->smooth_x[i] = points->normal_x[i];
 		points->coat_y[i] = points->smooth_y[i] = points->normal_y[i];
 		points->coat_z[i] = points->smooth_z[i] = points->normal_z[i];
-		points->solid[i] = 0;
+		points->solid[i] = points->additive[i] = 0;
 	}
 }
 
@@ -522,7 +523,7 @@ struct pen_vec3 pen_detail_emission(const struct pen_render_scene *scene, uint32
 		passed = pen_clamp(opacity_at(material, &site, &at), 0.0f, 1.0f);
 	else if (material->alpha_mode == PEN_ALPHA_MASK)
 		passed = opacity_at(material, &site, &at) >= material->alpha_cutoff ? 1.0f : 0.0f;
-	if (material->clearcoat > 0.0f)
+	if (material->clearcoat > 0.0f && !material->is_additive)
 		passed *= 1.0f -
 			  pen_coat_fresnel(material->clearcoat *
 						   read_number(&inputs[PEN_INPUT_CLEARCOAT], &at),

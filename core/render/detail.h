@@ -50,6 +50,7 @@ PEN_LANE struct pen_principled pen_detail_principled(const struct pen_points *po
 		.metallic = points->metallic[lane],
 		.transmission = points->transmission[lane],
 		.is_solid = points->solid[lane] != 0,
+		.is_additive = points->additive[lane] != 0,
 		.albedo = points->albedo[lane],
 		.coat = points->coat[lane],
 		.coat_alpha = points->coat_alpha[lane],

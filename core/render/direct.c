@@ -655,7 +655,8 @@ static void add_glow(const struct pen_render_scene *scene, const struct pen_path
 			continue;
 		if (!is_unlit)
 			weight = glow_weight(scene, paths, i) *
-				 (1.0f - pen_coat_fresnel(points->coat[i],
+				 (1.0f - pen_coat_fresnel(
+						 points->additive[i] ? 0.0f : points->coat[i],
 						 pen_dot(facing_of(points, i),
 							 towards_origin(rays, i))));
 		sum->red[i] += paths->red[i] * points->glow_red[i] * weight;

@@ -12,6 +12,7 @@ static void init_input(struct pen_texture *to, const struct pen_input_desc *from
 	to->mipmap = pen_pictures_texture(pictures, from->texture);
 	to->wrap_u = texture->wrap_u;
 	to->wrap_v = texture->wrap_v;
+	to->is_nearest = texture->is_nearest;
 	to->channel = from->channel;
 	to->uv_set = from->uv_set;
 	for (int i = 0; i < 2; i++)
@@ -33,6 +34,7 @@ void pen_material_init(struct pen_material *material, const struct pen_scene *sc
 
 	*material = (struct pen_material){
 		.is_principled = desc->type == PEN_MATERIAL_PRINCIPLED,
+		.is_additive = desc->is_additive,
 		.is_unlit = desc->type == PEN_MATERIAL_PRINCIPLED && desc->is_unlit,
 		.opacity = (float)desc->opacity,
 		.roughness = (float)desc->roughness,

@@ -11,7 +11,7 @@
 
 /* A material whose inputs are found for each hit by itself: see core/render/detail.h. */
 struct pen_material {
-	bool is_principled, is_unlit;
+	bool is_principled, is_additive, is_unlit;
 	float color[3], opacity;
 	float roughness, ior, f0;
 	float metallic, transmission;

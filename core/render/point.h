@@ -44,6 +44,7 @@ struct pen_points {
 	float smooth_y[PEN_LANES];
 	float smooth_z[PEN_LANES];
 	uint32_t solid[PEN_LANES];
+	uint32_t additive[PEN_LANES];
 };
 
 /*

@@ -15,6 +15,10 @@
  * refracts, by the exact Fresnel term; what the specular layer returns of a white world is never
  * given to the diffuse base as well, which near grazing glTF's mix would do; and the diffuse base
  * grows dark towards the terminator of the surface that a normal map bends.
+ *
+ * An additive surface is Blender 3's Principled BSDF instead: the lobes are added up, the coat with
+ * a quarter of its strength; Fresnel terms are exact ones; and the diffuse lobe is Burley's
+ * ("Physically Based Shading at Disney", 2012, section 5.3).
  */
 
 struct pen_principled {
@@ -23,6 +27,7 @@ struct pen_principled {
 	float eta;   /* as of glass; of what is solid */
 	float f0;
 	float metallic, transmission;
+	int is_additive;
 	int is_solid; /* transmission refracts; else it goes straight through a thin wall */
 	float albedo; /* of the specular layer of a dielectric, seen from wo */
 	float coat;   /* strength */
@@ -55,10 +60,28 @@ PEN_LANE float pen_brightest(struct pen_vec3 v)
 	return pen_max(pen_max(v.x, v.y), v.z);
 }
 
+/* Exact reflectance at a cosine of what returns f0 head-on. */
+PEN_LANE float pen_fresnel_of(float f0, float c)
+{
+	const float root = sqrtf(f0);
+	const float eta = pen_max((1.0f + root) / pen_max(1.0f - root, 1e-3f), 1.001f);
+
+	return pen_fresnel(pen_clamp(c, 0.0f, 1.0f), eta);
+}
+
+/* How far a metal's reflectance has come from its colour to 1. */
+PEN_LANE float pen_grazing_weight(const struct pen_principled *p, float c)
+{
+	const float exact = (pen_fresnel_of(p->f0, c) - p->f0) / (1.0f - p->f0);
+
+	return p->is_additive ? pen_max(exact, 0.0f) : pen_schlick_weight(c);
+}
+
 /* Reflectance of the dielectric at a cosine. */
 PEN_LANE float pen_principled_fresnel(const struct pen_principled *p, float c)
 {
-	const float schlick = p->f0 + (1.0f - p->f0) * pen_schlick_weight(c);
+	const float schlick = p->is_additive ? pen_fresnel_of(p->f0, c)
+					     : p->f0 + (1.0f - p->f0) * pen_schlick_weight(c);
 	const float exact = pen_fresnel(pen_clamp(c, 0.0f, 1.0f), p->eta);
 
 	return p->is_solid ? schlick + p->transmission * (exact - schlick) : schlick;
@@ -70,10 +93,27 @@ PEN_LANE float pen_coat_fresnel(float strength, float cosine)
 	return strength * (0.04f + 0.96f * pen_schlick_weight(fabsf(cosine)));
 }
 
-/* How much the coat takes from what is below it, by the view alone, as glTF has it. */
-PEN_LANE float pen_coat_share(const struct pen_principled *p, struct pen_vec3 wo)
+/* How much the coat reflects: by the cosine of the view, as glTF has it, or of a facet. */
+PEN_LANE float pen_coat_share(const struct pen_principled *p, struct pen_vec3 wo, float half_cos)
 {
-	return pen_coat_fresnel(p->coat, pen_dot(p->coat_normal, wo));
+	return p->is_additive ? 0.25f * p->coat * pen_fresnel_of(0.04f, half_cos)
+			      : pen_coat_fresnel(p->coat, pen_dot(p->coat_normal, wo));
+}
+
+/* What a coat leaves for what is below it. */
+PEN_LANE float pen_below_coat(const struct pen_principled *p, float coat)
+{
+	return p->is_additive ? 1.0f : 1.0f - coat;
+}
+
+/* Burley's diffuse lobe over Lambert's. */
+PEN_LANE float pen_burley(
+	float roughness, struct pen_vec3 n, struct pen_vec3 wo, struct pen_vec3 wi)
+{
+	const float rise = roughness * (1.0f + pen_dot(wo, wi)) - 0.5f;
+
+	return (1.0f + rise * pen_schlick_weight(pen_dot(n, wo))) *
+	       (1.0f + rise * pen_schlick_weight(pen_dot(n, wi)));
 }
 
 /*
@@ -127,13 +167,13 @@ PEN_LANE struct pen_principled_chances pen_principled_chances(
 	const float dielectric = 1.0f - p->metallic;
 	const float bright = pen_brightest(p->color);
 	const float fresnel = pen_principled_fresnel(p, c);
-	const float metal = bright + (1.0f - bright) * pen_schlick_weight(c);
+	const float metal = bright + (1.0f - bright) * pen_grazing_weight(p, c);
 	const float layer = pen_max(fresnel, p->albedo);
-	const float coat = pen_coat_share(p, wo);
+	const float coat = pen_coat_share(p, wo, pen_dot(p->coat_normal, wo));
 	const float specular = dielectric * layer + p->metallic * metal;
 	const float through = dielectric * p->transmission * (1.0f - fresnel) * bright;
 	const float diffuse = dielectric * (1.0f - p->transmission) * (1.0f - p->albedo) * bright;
-	const float below = 1.0f - coat;
+	const float below = pen_below_coat(p, coat);
 	const float sum = pen_max(coat + below * (specular + through + diffuse), PEN_TINY);
 	const float diffuse_chance = pen_min(below * diffuse / sum, diffuse_max);
 	const float others = coat + below * (specular + through);
@@ -153,16 +193,17 @@ PEN_LANE struct pen_principled_value pen_principled_eval(
 	const bool up = pen_dot(n, wi) > 0.0f;
 	const struct pen_vec3 mirrored = up ? wi : pen_flip(wi, n);
 	const float half_cos = pen_min(0.5f * pen_length(pen_add(wo, mirrored)), 1.0f);
-	const float schlick = pen_schlick_weight(half_cos);
+	const float grazing = pen_grazing_weight(p, half_cos);
 	const float fresnel = pen_principled_fresnel(p, half_cos);
 	const float dielectric = 1.0f - p->metallic;
 	const struct pen_lobe_value facet = pen_glossy_eval(p->alpha, n, wo, mirrored);
 	const struct pen_lobe_value bent = pen_refraction_eval(p->alpha, p->eta, n, wo, wi);
 	const struct pen_lobe_value coat = pen_glossy_eval(p->coat_alpha, p->coat_normal, wo, wi);
 	const struct pen_lobe_value base = pen_matte_eval(n, wi);
-	const float coat_share = pen_coat_share(p, wo);
-	const float below = 1.0f - coat_share;
-	const float to_base = pen_min(1.0f - fresnel, 1.0f - p->albedo);
+	const float coat_share = pen_coat_share(p, wo, half_cos);
+	const float below = pen_below_coat(p, coat_share);
+	const float to_base = p->is_additive ? pen_burley(sqrtf(p->alpha), n, wo, wi)
+					     : pen_min(1.0f - fresnel, 1.0f - p->albedo);
 	const float lit = base.value * pen_terminator(p->smooth_normal, n, wi);
 	const float diffuse = below * dielectric * (1.0f - p->transmission) * to_base * lit;
 	const float thin = up ? 0.0f : facet.value * (1.0f - fresnel);
@@ -170,8 +211,8 @@ PEN_LANE struct pen_principled_value pen_principled_eval(
 		below * dielectric * p->transmission * (p->is_solid ? bent.value : thin);
 	const float gloss = up ? below * facet.value : 0.0f;
 	const float white =
-		gloss * (dielectric * fresnel + p->metallic * schlick) + coat_share * coat.value;
-	const float tinted = gloss * p->metallic * (1.0f - schlick) + through;
+		gloss * (dielectric * fresnel + p->metallic * grazing) + coat_share * coat.value;
+	const float tinted = gloss * p->metallic * (1.0f - grazing) + through;
 
 	return (struct pen_principled_value){
 		.diffuse = pen_scale(p->color, diffuse),

@@ -349,10 +349,11 @@ static void branch_principled(const struct pen_paths *paths, const struct pen_po
 	const struct pen_vec3 wo = towards_origin(&paths->packet.rays, lane);
 	const float c = pen_max(pen_dot(wo, n), 0.0f);
 	const float fresnel = pen_principled_fresnel(&p, c);
-	const float coat = pen_coat_share(&p, wo);
-	const float metal = (1.0f - coat) * p.metallic;
-	const float dielectric = (1.0f - coat) * (1.0f - p.metallic);
-	const float grazing = pen_schlick_weight(c);
+	const float coat = pen_coat_share(&p, wo, pen_dot(p.coat_normal, wo));
+	const float below = pen_below_coat(&p, coat);
+	const float metal = below * p.metallic;
+	const float dielectric = below * (1.0f - p.metallic);
+	const float grazing = pen_grazing_weight(&p, c);
 	const float white = coat + dielectric * fresnel + metal * grazing;
 	const float through = dielectric * p.transmission * (1.0f - fresnel);
 

@@ -46,6 +46,14 @@ static struct pair pair_of(float x, uint32_t size, enum pen_wrap wrap)
 	};
 }
 
+/* The nearer texel alone, if it rounds. */
+static struct pair rounded(struct pair pair, bool rounds)
+{
+	if (rounds)
+		pair.share = pair.share < 0.5f ? 0.0f : 1.0f;
+	return pair;
+}
+
 static void add_texel(struct pen_texel *sum, struct pen_texel texel, float weight)
 {
 	sum->red += weight * texel.red;
@@ -59,8 +67,9 @@ static void add_bilinear(struct pen_texel *sum, const struct pen_texture *textur
 {
 	const struct pen_mipmap *mipmap = texture->mipmap;
 	const struct pen_mip_level *level = &mipmap->levels[level_index];
-	const struct pair x = pair_of(at.x, level->width, texture->wrap_u);
-	const struct pair y = pair_of(at.y, level->height, texture->wrap_v);
+	const bool rounds = texture->is_nearest && level_index == 0;
+	const struct pair x = rounded(pair_of(at.x, level->width, texture->wrap_u), rounds);
+	const struct pair y = rounded(pair_of(at.y, level->height, texture->wrap_v), rounds);
 
 	add_texel(sum, pen_mipmap_fetch(mipmap, level, x.first, y.first),
 		weight * (1.0f - x.share) * (1.0f - y.share));

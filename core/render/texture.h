@@ -6,12 +6,14 @@
 #include "core/render/vec.h"
 #include "core/scene/desc.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* A texture as a material's input reads it. */
 struct pen_texture {
 	const struct pen_mipmap *mipmap; /* NULL: no texture */
 	enum pen_wrap wrap_u, wrap_v;
+	bool is_nearest;
 	uint32_t channel, uv_set;
 	float uv[2][3]; /* texture's from the mesh's uv */
 };
@@ -24,7 +26,8 @@ struct pen_footprint {
 /*
  * The mean of a texture over a footprint, in linear light: up to 16 trilinear probes along the
  * longer axis, each as wide as the shorter one (as McCormack et al. 1999, "Feline"), so that a
- * slanted view neither aliases nor blurs. With axes of length 0 it interpolates the finest level.
+ * slanted view neither aliases nor blurs. With axes of length 0 it interpolates the finest level,
+ * or has its nearest texel.
  */
 struct pen_texel pen_texture_mean(
 	const struct pen_texture *texture, const struct pen_footprint *footprint);

@@ -49,6 +49,7 @@ struct pen_texture_desc {
 	uint32_t picture;
 	bool is_srgb; /* colours are sRGB-encoded; alpha never is */
 	enum pen_wrap wrap_u, wrap_v;
+	bool is_nearest; /* texels are not interpolated where they are larger than pixels */
 };
 
 /* A moving value: of translation and scale 3 numbers a key, of rotation 4, of weights any number.
@@ -234,6 +235,7 @@ struct pen_material_desc {
 	double alpha_cutoff;
 	double normal_scale, clearcoat_normal_scale;
 	bool is_one_sided; /* seen and lit from its front only: glTF's, unless doubleSided */
+	bool is_additive;  /* principled as Blender 3 has it, see core/render/principled.h */
 	bool is_unlit;	   /* shows its colour as it is, and neither casts nor takes light */
 	struct pen_input_desc inputs[PEN_INPUT_COUNT];
 };

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-/* What glTF numbers its wraps by; everything else repeats. */
-enum { WRAP_CLAMP = 33071, WRAP_MIRROR = 33648 };
+/* What glTF numbers its samplers' choices by; every other wrap repeats. */
+enum { WRAP_CLAMP = 33071, WRAP_MIRROR = 33648, FILTER_NEAREST = 9728 };
 
 /* An error within a picture or texture is still shown at the material that uses it. */
 static uint32_t add_picture(struct pen_gltf_reading *r, int index)
@@ -86,6 +86,7 @@ static uint32_t find_texture(struct pen_gltf_reading *r, int index, bool is_srgb
 		return PEN_NO_INDEX;
 	texture.wrap_u = wrap_of(from->wrap_s);
 	texture.wrap_v = wrap_of(from->wrap_t);
+	texture.is_nearest = from->mag_filter == FILTER_NEAREST;
 	*known = pen_gltf_add(r, &r->textures, &texture, sizeof texture, PEN_GLTF_TEXTURES_MAX);
 	return *known;
 }
@@ -219,6 +220,17 @@ static enum pen_alpha_mode alpha_mode_of(
 	return PEN_ALPHA_OPAQUE;
 }
 
+/* The exporter of Blender 2.8 and 2.9 has versions 1, that of Blender 3 has 3. */
+static bool is_of_blender_3(const struct pen_gltf_reading *r)
+{
+	static const char exporter[] = "Khronos glTF Blender I/O v";
+	const size_t length = sizeof exporter - 1;
+	const char *text = r->model->generator;
+
+	return strncmp(text, exporter, length) == 0 &&
+	       (text[length] == '1' || text[length] == '3') && text[length + 1] == '.';
+}
+
 static uint32_t add_material(struct pen_gltf_reading *r, const struct pen_gltf_material *from)
 {
 	struct pen_material_desc to = pen_blank_material;
@@ -231,6 +243,7 @@ static uint32_t add_material(struct pen_gltf_reading *r, const struct pen_gltf_m
 	to.type = PEN_MATERIAL_PRINCIPLED;
 	to.is_one_sided = !from->is_double_sided;
 	to.is_unlit = from->is_unlit;
+	to.is_additive = is_of_blender_3(r);
 	set_numbers(r, from, &to);
 	to.alpha_mode = alpha_mode_of(r, from);
 	set_inputs(r, from, &to);
@@ -241,6 +254,12 @@ static uint32_t add_default_material(struct pen_gltf_reading *r)
 {
 	struct pen_material_desc to = pen_blank_material;
 
+	if (is_of_blender_3(r)) {
+		to.name = "Blender's default material";
+		to.type = PEN_MATERIAL_MATTE;
+		to.color[0] = to.color[1] = to.color[2] = 0.8;
+		return pen_gltf_add(r, &r->materials, &to, sizeof to, PEN_MATERIALS_MAX);
+	}
 	to.name = "glTF's default material";
 	to.type = PEN_MATERIAL_PRINCIPLED;
 	to.color[0] = to.color[1] = to.color[2] = 1.0;

@@ -603,6 +603,7 @@ static void fill_tree(pen_gltf &gltf)
 				from.name.c_str(), from.inverseBindMatrices, indices(from.joints)};
 		});
 	m.default_scene = gltf.source.defaultScene;
+	m.generator = gltf.source.asset.generator.c_str();
 }
 
 static pen_gltf_animation animation_of(pen_gltf &gltf, const tinygltf::Animation &from)
@@ -650,7 +651,8 @@ static void fill_looks(pen_gltf &gltf)
 				found ? samplers[static_cast<size_t>(from.sampler)]
 				      : tinygltf::Sampler();
 
-			return pen_gltf_texture{from.source, sampler.wrapS, sampler.wrapT};
+			return pen_gltf_texture{
+				from.source, sampler.wrapS, sampler.wrapT, sampler.magFilter};
 		});
 	fill(gltf.materials, gltf.source.materials, &m.materials, &m.material_count, material_of);
 	const auto text_of = [](const std::string &text) { return text.c_str(); };

@@ -125,7 +125,7 @@ struct pen_gltf_image {
 
 struct pen_gltf_texture {
 	int image;
-	int wrap_s, wrap_t; /* as in glTF */
+	int wrap_s, wrap_t, mag_filter; /* as in glTF */
 };
 
 /* A material's use of a texture, with KHR_texture_transform. */
@@ -168,6 +168,7 @@ struct pen_gltf_model {
 		camera_count, light_count, skin_count, animation_count, image_count, texture_count,
 		material_count, used_count, required_count;
 	int default_scene;
+	const char *generator; /* the program that wrote the file; may be empty */
 };
 
 /* Whether an extension is supported: one that is required and is not is refused. */

@@ -187,6 +187,30 @@ def test_wraps(drawing, wrap, rule):
     assert np.abs(found - expected).max() <= 0.1
 
 
+def test_texels_that_are_not_interpolated(drawing):
+    """Broken by a magFilter that is not read: each texel then fades into its neighbours."""
+    expected = looked_up(lambda u, v: (u, v)).repeat(15, 0).repeat(15, 1)
+    found = drawing.show(textured(sampler={"magFilter": 9728}), side=60, samples=16)
+    assert np.abs(found - expected).max() <= 1e-6
+    assert np.abs(drawing.show(textured(), side=60, samples=16) - expected).max() > 0.1
+
+
+@pytest.mark.parametrize("generator, is_blender", [
+    ("Khronos glTF Blender I/O v3.4.50", True), ("Khronos glTF Blender I/O v1.8.19", True),
+    ("Khronos glTF Blender I/O v4.2.60", False), ("Khronos glTF Blender I/O v34", False),
+    ("glTF Blender I/O v3.4.50", False)])
+def test_whose_surfaces_they_are(drawing, generator, is_blender):
+    """Broken by glTF's model where Blender 3 wrote the file, or the other way round: in a white
+    world a body without a material is matte and grey there, not of rough metal, and nothing is
+    taken from the light that a white base returns below the reflection."""
+    bare, white = painted(lambda _: None), painted(lambda a: a.add("materials", {
+        "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.5}}))
+    for asset, returned in ((bare, 0.8), (white, 1.04)):
+        asset.tree["asset"]["generator"] = generator
+        pixels = drawing.show(asset, side=8, samples=256, background={"color": [1, 1, 1]})
+        assert (abs(pixels.mean() - returned) < 0.02) == is_blender
+
+
 def test_base_color_is_encoded(drawing):
     """Broken by a texel that is not decoded, or is before a factor multiplies it."""
     def material(asset):

@@ -117,6 +117,26 @@ static void directions_follow_their_density(void **state)
 	}
 }
 
+/* The same of what Blender 3 has, where what is below a coat keeps its chance. */
+static void additive_directions_follow_their_density(void **state)
+{
+	static struct pen_albedo albedo;
+
+	(void)state;
+	pen_albedo_init(&albedo);
+	for (int i = 0; i < ALL; i++) {
+		struct surface s = make(&all[i], &albedo, 45.0, true);
+		const struct direction_case test = {all[i].name, sample, density, &s,
+			all[i].transmission > 0.0f && all[i].is_solid
+				? pen_normalize(pen_refract(s.wo, s.n, s.p.eta))
+				: pen_reflect(s.wo, s.n)};
+
+		s.p.is_additive = 1;
+		s.chances = pen_principled_chances(&s.p, s.n, s.wo, 0.75f);
+		assert_directions(&test);
+	}
+}
+
 /* What the surface returns of a white world, by its own samples: rounds times 4096 of them. */
 static double returned(const struct surface *s, int rounds)
 {
@@ -248,6 +268,40 @@ static void values_are_those_of_gltf(void **state)
 	assert_float_equal(value.diffuse.x + value.others.x, (float)wanted, 1e-5f);
 }
 
+/* Against Burley's diffuse lobe and Blender's sum of it with the others, by hand. */
+static void additive_values_are_those_of_blender(void **state)
+{
+	static struct pen_albedo albedo;
+	const struct pen_vec3 n = {0.0f, 0.0f, 1.0f};
+	const struct pen_vec3 l = {0.6f, 0.0f, 0.8f}, v = {-0.28f, 0.0f, 0.96f};
+	struct surface s;
+	struct pen_principled_value value;
+	const double alpha = 0.25, base = 0.7, a2 = alpha * alpha;
+	const double hx = 0.32, hz = 1.76, length = sqrt(hx * hx + hz * hz);
+	const double nh = hz / length, vh = (-0.28 * hx + 0.96 * hz) / length;
+	const double d = a2 / (M_PI * pow(nh * nh * (a2 - 1.0) + 1.0, 2.0));
+	const double visibility = 1.0 / (0.8 + sqrt(a2 + (1.0 - a2) * 0.64)) /
+				  (0.96 + sqrt(a2 + (1.0 - a2) * 0.9216));
+	const double g = sqrt(1.25 + vh * vh),
+		     parallel = (vh * (g + vh) - 1.0) / (vh * (g - vh) + 1.0);
+	const double fresnel = 0.5 * pow((g - vh) / (g + vh), 2.0) * (1.0 + parallel * parallel);
+	const double metal = base + (1.0 - base) * (fresnel - 0.04) / 0.96;
+	const double rise = 2.0 * 0.5 * vh * vh - 0.5;
+	const double burley = (1.0 + rise * pow(0.2, 5.0)) * (1.0 + rise * pow(0.04, 5.0));
+	const double wanted =
+		0.5 * (base / M_PI * burley + (fresnel + metal) * d * visibility) * 0.8;
+
+	(void)state;
+	pen_albedo_init(&albedo);
+	s = make(&all[3], &albedo, 0.0, true);
+	s.p.is_additive = 1;
+	s.p.color = pen_vec3(0.7f, 0.7f, 0.7f);
+	s.p.alpha = 0.25f;
+	s.p.coat_normal = s.p.smooth_normal = n;
+	value = pen_principled_eval(&s.p, n, v, l);
+	assert_float_equal(value.diffuse.x + value.others.x, (float)wanted, 1e-5f);
+}
+
 /* Light that a normal map lets in below the surface, or that ends on its terminator at once. */
 static void bent_surfaces_fade_at_the_terminator(void **state)
 {
@@ -285,6 +339,8 @@ int main(void)
 		cmocka_unit_test(mixtures_do_not_outshine_the_furnace),
 		cmocka_unit_test(opaque_surfaces_are_reciprocal),
 		cmocka_unit_test(values_are_those_of_gltf),
+		cmocka_unit_test(additive_values_are_those_of_blender),
+		cmocka_unit_test(additive_directions_follow_their_density),
 		cmocka_unit_test(bent_surfaces_fade_at_the_terminator),
 	};
 

@@ -136,6 +136,8 @@ def make(build, options):
     plain_shadows(scene)
     scene.cycles.samples = options.samples * found.get("noise", 1)
     render(scene, HERE / "images" / f"{name}.exr", options)
+    if not found.get("model", True):
+        return
     gltf_nodes.rewire_all()
     render(scene, HERE / "models" / f"{name}.exr", options)
 

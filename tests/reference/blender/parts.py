@@ -174,7 +174,8 @@ def finish(name, shape, material, at, smooth):
     shape.to_mesh(mesh)
     shape.free()
     mesh.polygons.foreach_set("use_smooth", [smooth] * len(mesh.polygons))
-    mesh.materials.append(material)
+    if material:
+        mesh.materials.append(material)
     placed = link(name, mesh)
     placed.location = at
     return placed

@@ -3,7 +3,8 @@
 
 What it returns goes into the scene file, since a GLB cannot carry it: "background", and of the
 camera "aperture_radius", "focus_distance" and, in frames of Blender, "shutter". "noise" multiplies
-the samples that Cycles takes for the reference.
+the samples that Cycles takes for the reference; with "model": False there is no image of it in
+models/, since gltf_nodes.py has no wiring for what is in it.
 """
 import math
 import random
@@ -308,5 +309,25 @@ def lens(_):
             "focus_distance": 7.0}
 
 
-ALL = [textures, normal_map, transmission, clearcoat, alpha, environment, emissive, rigid_motion,
+def defaults(_):
+    """Bodies without a material, texels that show, and Specular other than 0.5."""
+    parts.plane("floor", None)
+    parts.cube("box", None, 0.5, (-0.4, 0.9, 0.5)).rotation_euler = (0, 0, 0.5)
+    draw = np.random.default_rng(3)
+    texels = parts.picture("texels", parts.opaque(*draw.random((3, 6, 6))), "sRGB")
+    wall = parts.textured(principled("wall", roughness=0.8), "Base Color", texels)
+    for node in wall.node_tree.nodes:
+        if node.type == "TEX_IMAGE":
+            node.interpolation = "Closest"
+    parts.wall("wall", wall, 2, 2, (1.9, 0.6, 1))
+    for k, specular in enumerate((0.1, 1.0)):
+        shiny = principled(f"shiny{k}", (0.3, 0.1, 0.05), roughness=0.25, specular=specular)
+        parts.sphere(shiny.name, shiny, 0.6, (1.6 * k - 2.2, -0.8 * k, 0.6), 32)
+    lamp("sun", "SUN", 3, toward=(1, 2, -2))
+    lamp("bulb", "POINT", 200, (-3, -3, 4))
+    parts.camera((0, -6, 2.6), (0, 0, 0.8), 50)
+    return {"background": {"color": [0.4, 0.45, 0.5]}, "model": False}
+
+
+ALL = [defaults, textures, normal_map, transmission, clearcoat, alpha, environment, emissive, rigid_motion,
        skin, morph, instances, many_lights, spots, lens]
