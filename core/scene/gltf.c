@@ -203,6 +203,23 @@ static int conclude(struct pen_gltf_reading *r, struct pen_error *err)
 		first->pointer, first->detail, more);
 }
 
+/* Whether anything may shine: a background, a light, or a material. */
+static bool has_light(const struct pen_gltf_reading *r)
+{
+	const struct pen_background_desc *b = &r->scene->background;
+	const struct pen_material_desc *materials =
+		(const struct pen_material_desc *)(const void *)r->materials.data;
+	bool shines = r->lights.size > 0 || b->picture != PEN_NO_INDEX || b->color[0] > 0.0 ||
+		      b->color[1] > 0.0 || b->color[2] > 0.0;
+
+	for (size_t i = 0; i < r->materials.size / sizeof *materials; i++) {
+		const double *e = materials[i].emission;
+
+		shines |= materials[i].is_unlit || e[0] > 0.0 || e[1] > 0.0 || e[2] > 0.0;
+	}
+	return shines;
+}
+
 static int expand(struct expansion *e, struct pen_error *err)
 {
 	struct pen_gltf_reading *r = &e->reading;
@@ -213,6 +230,12 @@ static int expand(struct expansion *e, struct pen_error *err)
 	for_each_copy(e, place_copy);
 	if (r->found == 0 && pen_gltf_sound(r))
 		pen_gltf_camera_choose(r);
+	if (r->found == 0 && pen_gltf_sound(r) && !has_light(r)) {
+		r->pointer = "/background";
+		r->place[0] = '\0';
+		pen_gltf_warn(r, "nothing gives light: the scene and its files have no lamp and no "
+				 "emission, and the background is black");
+	}
 	code = conclude(r, err);
 	if (code == 0) {
 		pen_gltf_reading_take(r);

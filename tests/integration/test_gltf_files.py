@@ -8,6 +8,7 @@ import subprocess
 import urllib.parse
 
 import pytest
+from glb import Asset
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PEN_BIN", ROOT / "build/release/bin"))
@@ -63,3 +64,18 @@ def test_a_file_is_read_or_refused(path, tmp_path):
         assert verdict.startswith("refused ") and REFUSED[path.name] in run.stdout, run.stdout
     if verdict.startswith("refused "):
         assert "error /objects/0: " in run.stdout
+
+
+@pytest.mark.parametrize("shines", ["nothing", "a lamp", "emission", "an unlit body"])
+def test_darkness_is_told(shines, tmp_path):
+    """Breaks when a picture comes out black without a word, or a lit one is said to be dark."""
+    asset = Asset()
+    unlit = asset.unlit([1, 1, 1]) if shines == "an unlit body" else None
+    bright = asset.add("materials", {"emissiveFactor": [0, 1, 0]}) if shines == "emission" else unlit
+    lamp = asset.light(type="point") if shines == "a lamp" else {}
+    asset.node(mesh=asset.mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], None, bright), **lamp)
+    path = tmp_path / "asset.glb"
+    path.write_bytes(asset.bytes())
+    run = subprocess.run([READER, path], capture_output=True, text=True, timeout=60, check=True)
+    assert run.stdout.startswith("accepted ")
+    assert ("nothing gives light" in run.stdout) == (shines == "nothing")
