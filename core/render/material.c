@@ -13,6 +13,7 @@ static void init_input(struct pen_texture *to, const struct pen_input_desc *from
 	to->wrap_u = texture->wrap_u;
 	to->wrap_v = texture->wrap_v;
 	to->is_nearest = texture->is_nearest;
+	to->is_encoded = texture->is_encoded;
 	to->channel = from->channel;
 	to->uv_set = from->uv_set;
 	for (int i = 0; i < 2; i++)

@@ -62,6 +62,44 @@ static void add_texel(struct pen_texel *sum, struct pen_texel texel, float weigh
 	sum->alpha += weight * texel.alpha;
 }
 
+/* What a texel of bytes says, before it is decoded. */
+static struct pen_texel encoded_texel(
+	const struct pen_mipmap *mipmap, const struct pen_mip_level *level, uint32_t x, uint32_t y)
+{
+	const size_t at = 4 * (level->first + (size_t)y * level->width + x);
+	const uint8_t *b = (const uint8_t *)mipmap->texels + at;
+
+	return (struct pen_texel){b[0], b[1], b[2], (float)b[3] * (1.0f / 255.0f)};
+}
+
+/* Linear light of a value between two bytes. */
+static float decoded(const struct pen_mipmap *mipmap, float value)
+{
+	const uint32_t low = (uint32_t)pen_clamp(value, 0.0f, 254.0f);
+
+	return mipmap->decode[low] +
+	       (value - (float)low) * (mipmap->decode[low + 1] - mipmap->decode[low]);
+}
+
+/* The four texels' mean as bytes, which is decoded then. */
+static void add_encoded(struct pen_texel *sum, const struct pen_mipmap *mipmap,
+	const struct pen_mip_level *level, struct pair x, struct pair y, float weight)
+{
+	struct pen_texel mean = {0};
+
+	add_texel(&mean, encoded_texel(mipmap, level, x.first, y.first),
+		(1.0f - x.share) * (1.0f - y.share));
+	add_texel(
+		&mean, encoded_texel(mipmap, level, x.second, y.first), x.share * (1.0f - y.share));
+	add_texel(
+		&mean, encoded_texel(mipmap, level, x.first, y.second), (1.0f - x.share) * y.share);
+	add_texel(&mean, encoded_texel(mipmap, level, x.second, y.second), x.share * y.share);
+	mean.red = decoded(mipmap, mean.red);
+	mean.green = decoded(mipmap, mean.green);
+	mean.blue = decoded(mipmap, mean.blue);
+	add_texel(sum, mean, weight);
+}
+
 static void add_bilinear(struct pen_texel *sum, const struct pen_texture *texture,
 	uint32_t level_index, struct pen_vec2 at, float weight)
 {
@@ -71,6 +109,10 @@ static void add_bilinear(struct pen_texel *sum, const struct pen_texture *textur
 	const struct pair x = rounded(pair_of(at.x, level->width, texture->wrap_u), rounds);
 	const struct pair y = rounded(pair_of(at.y, level->height, texture->wrap_v), rounds);
 
+	if (texture->is_encoded && mipmap->type == PEN_TEXEL_BYTES) {
+		add_encoded(sum, mipmap, level, x, y, weight);
+		return;
+	}
 	add_texel(sum, pen_mipmap_fetch(mipmap, level, x.first, y.first),
 		weight * (1.0f - x.share) * (1.0f - y.share));
 	add_texel(sum, pen_mipmap_fetch(mipmap, level, x.second, y.first),

@@ -14,6 +14,7 @@ struct pen_texture {
 	const struct pen_mipmap *mipmap; /* NULL: no texture */
 	enum pen_wrap wrap_u, wrap_v;
 	bool is_nearest;
+	bool is_encoded; /* texels of bytes are interpolated before they are decoded */
 	uint32_t channel, uv_set;
 	float uv[2][3]; /* texture's from the mesh's uv */
 };

@@ -49,6 +49,7 @@ struct pen_texture_desc {
 	uint32_t picture;
 	bool is_srgb; /* colours are sRGB-encoded; alpha never is */
 	enum pen_wrap wrap_u, wrap_v;
+	bool is_encoded; /* sRGB values are interpolated, and not the light they stand for */
 	bool is_nearest; /* texels are not interpolated where they are larger than pixels */
 };
 

@@ -56,6 +56,17 @@ static enum pen_wrap wrap_of(int wrap)
 				     : PEN_WRAP_REPEAT;
 }
 
+/* The exporter of Blender 2.8 and 2.9 has versions 1, that of Blender 3 has 3. */
+static bool is_of_blender_3(const struct pen_gltf_reading *r)
+{
+	static const char exporter[] = "Khronos glTF Blender I/O v";
+	const size_t length = sizeof exporter - 1;
+	const char *text = r->model->generator;
+
+	return strncmp(text, exporter, length) == 0 &&
+	       (text[length] == '1' || text[length] == '3') && text[length + 1] == '.';
+}
+
 static uint32_t find_texture(struct pen_gltf_reading *r, int index, bool is_srgb)
 {
 	const struct pen_gltf_texture *from;
@@ -86,6 +97,7 @@ static uint32_t find_texture(struct pen_gltf_reading *r, int index, bool is_srgb
 		return PEN_NO_INDEX;
 	texture.wrap_u = wrap_of(from->wrap_s);
 	texture.wrap_v = wrap_of(from->wrap_t);
+	texture.is_encoded = is_srgb && is_of_blender_3(r);
 	texture.is_nearest = from->mag_filter == FILTER_NEAREST;
 	*known = pen_gltf_add(r, &r->textures, &texture, sizeof texture, PEN_GLTF_TEXTURES_MAX);
 	return *known;
@@ -218,17 +230,6 @@ static enum pen_alpha_mode alpha_mode_of(
 	if (strcmp(from->alpha_mode, "OPAQUE") != 0)
 		pen_gltf_refuse(r, "alphaMode must be OPAQUE, MASK or BLEND");
 	return PEN_ALPHA_OPAQUE;
-}
-
-/* The exporter of Blender 2.8 and 2.9 has versions 1, that of Blender 3 has 3. */
-static bool is_of_blender_3(const struct pen_gltf_reading *r)
-{
-	static const char exporter[] = "Khronos glTF Blender I/O v";
-	const size_t length = sizeof exporter - 1;
-	const char *text = r->model->generator;
-
-	return strncmp(text, exporter, length) == 0 &&
-	       (text[length] == '1' || text[length] == '3') && text[length + 1] == '.';
 }
 
 static uint32_t add_material(struct pen_gltf_reading *r, const struct pen_gltf_material *from)
