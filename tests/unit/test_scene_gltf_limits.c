@@ -54,7 +54,8 @@ struct outcome {
 /* Reads the text as the asset of a scene's only object, and lets go of it. */
 static void expand(struct outcome *o, struct text *text)
 {
-	static const char scene[] = "{\"version\": 1, \"image\": {\"width\": 8, \"height\": 8}}";
+	static const char scene[] = "{\"version\": 1, \"image\": {\"width\": 8, \"height\": 8}, "
+				    "\"background\": {\"color\": [1, 1, 1]}}";
 	const struct pen_blob blob = {text->bytes, text->size};
 	json_t *tree;
 
