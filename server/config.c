@@ -2,6 +2,7 @@
 #include "server/config.h"
 
 #include "core/base/limits.h"
+#include "server/config_file.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -25,6 +26,8 @@ const char pen_config_usage[] =
 	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
 	"  --keep-assets HOURS        kept scenes, and files that no scene names (24)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
+	"  --config FILE              these options but the next as lines KEY = VALUE\n"
+	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
 	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
 	"  --help                     print this\n"
 	"\n"
@@ -114,10 +117,15 @@ static int parse_level(const char *text, enum pen_log_level *ret_level, struct p
 
 static int parse_isa(const char *text, const char **ret_isa, struct pen_error *err)
 {
-	if (strcmp(text, "v2") != 0 && strcmp(text, "v3") != 0 && strcmp(text, "v4") != 0)
-		return pen_error_set(err, PEN_EINVALID, "--isa takes v2, v3 or v4");
-	*ret_isa = text;
-	return 0;
+	static const char *const names[] = {"v2", "v3", "v4"};
+
+	for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+		if (strcmp(text, names[i]) != 0)
+			continue;
+		*ret_isa = names[i];
+		return 0;
+	}
+	return pen_error_set(err, PEN_EINVALID, "--isa takes v2, v3 or v4");
 }
 
 static int parse_tile(const char *text, uint32_t *ret_tile_px, struct pen_error *err)
@@ -164,6 +172,7 @@ enum {
 	TILE,
 	KEEP_ASSETS,
 	LOG_LEVEL,
+	CONFIG,
 	PARENT_DEATH,
 	HELP
 };
@@ -177,6 +186,7 @@ static const struct option options[] = {
 	{"tile", required_argument, NULL, TILE},
 	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
+	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
 	{"help", no_argument, NULL, HELP},
 	{NULL, 0, NULL, 0},
@@ -217,25 +227,116 @@ static int parse_option(
 	}
 }
 
-int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err)
+static void set_defaults(struct pen_config *ret_config)
 {
-	struct pen_config config = {.keep_assets_s = 24 * 3600, .log_level = PEN_LOG_INFO};
 	unsigned cores = uv_available_parallelism();
+
+	*ret_config = (struct pen_config){
+		.processes = cores < PEN_PROCESSES_MAX ? cores : PEN_PROCESSES_MAX,
+		.keep_assets_s = 24 * 3600,
+		.log_level = PEN_LOG_INFO,
+	};
+	(void)parse_host("127.0.0.1", 8080, &ret_config->listen);
+	(void)parse_host("127.0.0.1", 8081, &ret_config->worker_listen);
+}
+
+/* A file's settings, and which options they were: each may stand once. */
+struct reading {
+	struct pen_config *config;
+	bool seen[HELP];
+};
+
+/* What makes sense for one start only is left to the command line. */
+static const struct option *find_setting(const char *key)
+{
+	for (const struct option *option = options; option->name; option++)
+		if (option->val < CONFIG && strcmp(option->name, key) == 0)
+			return option;
+	return NULL;
+}
+
+static int set_from_file(void *user, const char *key, const char *value, struct pen_error *err)
+{
+	struct reading *reading = user;
+	const struct option *option = find_setting(key);
+	struct pen_error fault = PEN_ERROR_INIT;
+	int r;
+
+	if (!option)
+		return pen_error_set(err, PEN_EINVALID, "there is no setting \"%s\"", key);
+	if (reading->seen[option->val])
+		return pen_error_set(err, PEN_EINVALID, "%s is set above already", key);
+	reading->seen[option->val] = true;
+	r = parse_option(reading->config, option->val, value, &fault);
+	if (r < 0)
+		(void)pen_error_set(err, r, "%s",
+			strncmp(fault.text, "--", 2) == 0 ? fault.text + 2 : fault.text);
+	return r;
+}
+
+static int read_file(const char *path, struct pen_config *config, struct pen_error *err)
+{
+	struct reading reading = {.config = config};
+
+	return pen_config_file_read(path, set_from_file, &reading, err);
+}
+
+int pen_config_check(const char *path, struct pen_error *err)
+{
+	struct pen_config config;
+
+	set_defaults(&config);
+	return read_file(path, &config, err);
+}
+
+static int read_words(int argc, char **argv, struct pen_config *config, const char **ret_file,
+	struct pen_error *err)
+{
 	int option, r = 0;
 
-	config.processes = cores < PEN_PROCESSES_MAX ? cores : PEN_PROCESSES_MAX;
-	(void)parse_host("127.0.0.1", 8080, &config.listen);
-	(void)parse_host("127.0.0.1", 8081, &config.worker_listen);
 	optind = 1;
 	while (r == 0 && (option = getopt_long(argc, argv, ":", options, NULL)) != -1) {
 		if (option == ':' || option == '?')
 			r = pen_error_set(err, PEN_EINVALID, "%s is no option, or lacks its value",
 				argv[optind - 1]);
+		else if (option == CONFIG)
+			*ret_file = optarg;
 		else
-			r = parse_option(&config, option, optarg, err);
+			r = parse_option(config, option, optarg, err);
 	}
 	if (r == 0 && optind < argc)
 		r = pen_error_set(err, PEN_EINVALID, "serve takes options only");
+	return r;
+}
+
+static int read_any_file(const char *named, struct pen_config *config, struct pen_error *err)
+{
+	const char *usual = getenv("PENUMBRA_CONFIG");
+	int r;
+
+	if (named)
+		return read_file(named, config, err);
+	if (!usual || *usual == '\0')
+		return 0;
+	r = read_file(usual, config, err);
+	return r == PEN_ENOTFOUND ? 0 : r;
+}
+
+int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err)
+{
+	struct pen_config config;
+	const char *file = NULL;
+	int r;
+
+	set_defaults(&config);
+	r = read_words(argc, argv, &config, &file, err);
+	if (r == 0 && !config.help) {
+		/* Once more, over the file. */
+		set_defaults(&config);
+		r = read_any_file(file, &config, err);
+		if (r == 0)
+			r = read_words(argc, argv, &config, &file, err);
+	}
 	if (r == 0 && config.data_dir[0] == '\0')
 		r = fill_default_data(&config, err);
 	if (r == 0)

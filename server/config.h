@@ -11,12 +11,12 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-/* What `penumbra serve` was told on its command line, defaults filled in. */
+/* What `penumbra serve` was told on its command line and in its file, defaults filled in. */
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
 	char data_dir[PATH_MAX];
 	uint32_t processes;	/* of the local worker; 0: none is started */
-	const char *isa;	/* of the local worker, from argv; NULL: its best */
+	const char *isa;	/* of the local worker, a constant; NULL: its best */
 	uint32_t tile_px;	/* 0: chosen for each image */
 	uint32_t keep_assets_s; /* that no render names */
 	enum pen_log_level log_level;
@@ -27,8 +27,15 @@ struct pen_config {
 /* The text of --help. */
 extern const char pen_config_usage[];
 
-/* PEN_EINVALID names the option and what it takes. */
+/*
+ * The file is that of --config, which must exist, or that of the variable PENUMBRA_CONFIG, which
+ * need not; the command line goes over it. PEN_EINVALID names the option, or the line of the file,
+ * and what it takes.
+ */
 int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err);
+
+/* Whether serve would accept the file: the same errors, PEN_ENOTFOUND among them. */
+int pen_config_check(const char *path, struct pen_error *err);
 
 /* Whether nobody but this machine can reach it. */
 bool pen_config_is_loopback(const struct sockaddr_storage *address);

@@ -6,9 +6,14 @@
 
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* Where the package puts it, and its unit reads it. */
+#define USUAL_FILE "/etc/penumbra/penumbra.conf"
 
 /* Ends with SIGTERM when the parent does, also when that has happened already. */
 static void follow_parent(pid_t parent)
@@ -40,10 +45,43 @@ static int serve(int argc, char **argv)
 	return PEN_EXIT_OK;
 }
 
+static const char config_usage[] =
+	"usage: penumbra config check [FILE]\n"
+	"Say whether `penumbra serve` accepts a configuration file, and what is wrong where.\n"
+	"\n"
+	"  FILE    instead of $PENUMBRA_CONFIG, or else " USUAL_FILE "\n"
+	"  --help  print this\n";
+
+static int config_check(int argc, char **argv)
+{
+	const char *usual = getenv("PENUMBRA_CONFIG"), *path;
+	struct pen_error err;
+
+	if (argc == 2 && strcmp(argv[1], "--help") == 0) {
+		(void)fputs(config_usage, stdout);
+		return PEN_EXIT_OK;
+	}
+	if (argc < 2 || argc > 3 || strcmp(argv[1], "check") != 0)
+		return pen_cli_usage("config", "config takes check and a file");
+	if (argc == 3)
+		path = argv[2];
+	else
+		path = usual && *usual != '\0' ? usual : USUAL_FILE;
+	if (pen_config_check(path, &err) < 0) {
+		(void)fprintf(stderr, "penumbra: %s\n", err.text);
+		return PEN_EXIT_FAILED;
+	}
+	(void)printf("%s: correct\n", path);
+	return PEN_EXIT_OK;
+}
+
 int main(int argc, char **argv)
 {
-	static const struct pen_command serve_command = {
-		"serve", "run the coordinator, with a farm on this machine", serve};
+	static const struct pen_command commands[] = {
+		{"serve", "run the coordinator, with a farm on this machine", serve},
+		{"config", "check a configuration file of serve", config_check},
+		{0},
+	};
 
-	return pen_cli_main(argc, argv, &serve_command);
+	return pen_cli_main(argc, argv, commands);
 }

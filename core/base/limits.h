@@ -104,6 +104,8 @@
 #define PEN_STORE_QUEUE_MAX    4096u	    /* requests that wait for the disk */
 #define PEN_TILES_COMMIT_MAX   64u	    /* tile rows committed together */
 #define PEN_KEEP_HOURS_MAX     87600u	    /* ten years */
+#define PEN_CONFIG_LINE_MAX    4095	    /* bytes of a line of a configuration file */
+#define PEN_CONFIG_LINES_MAX   10000u	    /* of a configuration file */
 #define PEN_SHELF_TREES_MAX    8u	    /* kept scenes whose trees are at hand */
 #define PEN_PREVIEWS_KEPT_MAX  64u	    /* that are over */
 #define PEN_DEADLINE_S_MAX     31536000u    /* a year */

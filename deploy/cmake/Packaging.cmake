@@ -11,6 +11,7 @@ install(FILES ${source}/systemd/penumbra.service ${source}/systemd/penumbra.sock
 install(FILES ${source}/systemd/penumbra-worker.service DESTINATION ${units} COMPONENT worker)
 install(FILES ${source}/systemd/penumbra.sysusers DESTINATION lib/sysusers.d RENAME penumbra.conf
     COMPONENT server)
+install(FILES ${source}/penumbra.conf DESTINATION /etc/penumbra COMPONENT server)
 install(FILES ${source}/completions/bash/penumbra
     DESTINATION share/bash-completion/completions COMPONENT server)
 install(FILES ${source}/completions/zsh/_penumbra
@@ -33,6 +34,7 @@ function(install_compressed file directory name component)
 endfunction()
 
 install_compressed(${source}/man/penumbra.1 share/man/man1 penumbra.1 server)
+install_compressed(${source}/man/penumbra.conf.5 share/man/man5 penumbra.conf.5 server)
 install_compressed(${source}/man/penumbra-scene.5 share/man/man5 penumbra-scene.5 server)
 install_compressed(${source}/man/penumbra-worker.8 share/man/man8 penumbra-worker.8 worker)
 foreach(pair IN ITEMS server:penumbra worker:penumbra-worker)
@@ -49,6 +51,8 @@ add_custom_target(packaging ALL DEPENDS ${compressed})
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_SET_DESTDIR ON) # for what goes to /etc
+set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_CONTACT "Penumbra maintainers <maintainers@penumbra.invalid>")
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
@@ -75,7 +79,7 @@ set(CPACK_DEBIAN_WORKER_DESCRIPTION "distributed tile render service, worker
 Renders tiles of frames for a Penumbra coordinator by distribution ray
 tracing, on all cores of its machine.")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA ${source}/debian/server/postinst
-    ${source}/debian/server/prerm ${source}/debian/server/postrm)
+    ${source}/debian/server/prerm ${source}/debian/server/postrm ${source}/debian/server/conffiles)
 set(CPACK_DEBIAN_WORKER_PACKAGE_CONTROL_EXTRA ${source}/debian/worker/postinst
     ${source}/debian/worker/prerm ${source}/debian/worker/postrm)
 include(CPack)

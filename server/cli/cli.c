@@ -30,19 +30,21 @@ static const struct pen_command commands[] = {
 
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
-static void help_print(FILE *out, const struct pen_command *serve)
+static void help_print(FILE *out, const struct pen_command *more)
 {
 	(void)fprintf(out, "usage: penumbra COMMAND [OPTION…]\n\n");
 	for (size_t i = 0; i < COMMAND_COUNT; i++)
 		(void)fprintf(out, "  %-8s  %s\n", commands[i].name, commands[i].help);
-	(void)fprintf(out, "  %-8s  %s\n", serve->name, serve->help);
+	for (; more->name; more++)
+		(void)fprintf(out, "  %-8s  %s\n", more->name, more->help);
 	(void)fprintf(out, "\n`penumbra COMMAND --help` shows a command's options.\n");
 }
 
-static const struct pen_command *command_find(const char *name, const struct pen_command *serve)
+static const struct pen_command *command_find(const char *name, const struct pen_command *more)
 {
-	if (strcmp(name, serve->name) == 0)
-		return serve;
+	for (; more->name; more++)
+		if (strcmp(name, more->name) == 0)
+			return more;
 	if (strcmp(name, "--version") == 0)
 		name = "version";
 	for (size_t i = 0; i < COMMAND_COUNT; i++)
@@ -51,22 +53,22 @@ static const struct pen_command *command_find(const char *name, const struct pen
 	return NULL;
 }
 
-int pen_cli_main(int argc, char **argv, const struct pen_command *serve)
+int pen_cli_main(int argc, char **argv, const struct pen_command *more)
 {
 	const struct pen_command *command;
 
 	if (argc < 2) {
-		help_print(stderr, serve);
+		help_print(stderr, more);
 		return PEN_EXIT_USAGE;
 	}
 	if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
-		help_print(stdout, serve);
+		help_print(stdout, more);
 		return PEN_EXIT_OK;
 	}
-	command = command_find(argv[1], serve);
+	command = command_find(argv[1], more);
 	if (!command) {
 		(void)fprintf(stderr, "penumbra: no command '%s'\n\n", argv[1]);
-		help_print(stderr, serve);
+		help_print(stderr, more);
 		return PEN_EXIT_USAGE;
 	}
 	return command->main(argc - 1, argv + 1);

@@ -23,10 +23,11 @@ struct pen_command {
 };
 
 /*
- * The whole `penumbra` command: finds the word in argv[1] among the client's commands and serve,
- * which is given from above because the coordinator is no business of the client.
+ * The whole `penumbra` command: finds the word in argv[1] among the client's commands and more,
+ * those of the coordinator, which are given from above because it is no business of the client.
+ * more ends with a row of zeros.
  */
-int pen_cli_main(int argc, char **argv, const struct pen_command *serve);
+int pen_cli_main(int argc, char **argv, const struct pen_command *more);
 
 int pen_cli_render(int argc, char **argv);
 int pen_cli_submit(int argc, char **argv);

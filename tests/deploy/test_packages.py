@@ -93,10 +93,11 @@ class Chroot:
         """What the unit starts, as the user that it starts it as."""
         unit = (self.root / "usr/lib/systemd/system/penumbra.service").read_text()
         command = re.search(r"^ExecStart=(.*)$", unit, re.M)[1]
-        command = command.replace("%S", "/var/lib").replace("$PENUMBRA_OPTIONS", "")
+        command = command.replace("$PENUMBRA_OPTIONS", "")
+        variables = [v.replace("%S", "/var/lib") for v in re.findall(r"^Environment=(.+)$", unit, re.M)]
         return subprocess.Popen([*AS_ROOT, "chroot", str(self.root), "setpriv", "--reuid=penumbra",
                                  "--regid=penumbra", "--clear-groups", "--no-new-privs",
-                                 *command.split(), "--listen", "127.0.0.1:0",
+                                 "env", *variables, *command.split(), "--listen", "127.0.0.1:0",
                                  "--worker-listen", "127.0.0.1:0", "--processes", "1"])
 
 
@@ -136,7 +137,12 @@ def test_a_render_outlives_an_upgrade_and_a_purge_leaves_nothing(packages, tmp_p
         debian.run("penumbra", "watch", "--server", url, identity)
         stop(server)
 
+        # The administrator's settings outlive it too.
+        settings = debian.root / "etc/penumbra/penumbra.conf"
+        run(*AS_ROOT, "sed", "-i", "s/^#log-level = .*/log-level = debug/", settings)
         install()
+        assert "\nlog-level = debug\n" in settings.read_text()
+        assert "correct" in debian.run("penumbra", "config", "check")
         server, url = serving()
         listed = json.loads(debian.run("penumbra", "list", "--server", url, "--json"))
         assert [(r["id"], r["state"]) for r in listed["renders"]] == [(identity, "done")]

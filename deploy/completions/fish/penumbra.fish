@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel workers serve version
+set -l commands render submit status list watch cancel workers serve config version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
+complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
+complete -c penumbra -l help
 complete -c penumbra -n "__fish_seen_subcommand_from render" -s o -l output -r -d "image file"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l samples -x -d "per pixel"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l size -x -d "WxH in pixels"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l crop -x -d "L,T,R,B in pixels"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l seed -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l frames -x -d "first-last"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l mode -x -a "uniform edge adaptive interleaved"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l aperture-radius -x -d "of the lens"
 complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l focus-distance -x
@@ -16,10 +19,25 @@ complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l processes 
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l isa -x -a "v2 v3 v4"
 complete -c penumbra -n "__fish_seen_subcommand_from render watch" -l quiet
 complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel workers" -l server -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel workers" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l data -r
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "error warning info debug"
-complete -c penumbra -l json -d "print JSON"
-complete -c penumbra -l help
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l config -r -d "settings"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l parent-death -d "end with the parent"
+complete -c penumbra -n "__fish_seen_subcommand_from config" -x -a "check"
+
+complete -c penumbra-worker -l connect -x -d "coordinator"
+complete -c penumbra-worker -l processes -x
+complete -c penumbra-worker -l name -x -d "shown in lists"
+complete -c penumbra-worker -l isa -x -a "v2 v3 v4"
+complete -c penumbra-worker -l sandbox -x -a "require best-effort off"
+complete -c penumbra-worker -l asset-cache -x -d "MiB"
+complete -c penumbra-worker -l log-level -x -a "error warning info debug"
+complete -c penumbra-worker -l key-fd -x
+complete -c penumbra-worker -l parent-death -d "end with the parent"
+complete -c penumbra-worker -l help
+complete -c penumbra-worker -l version
