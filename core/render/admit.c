@@ -18,7 +18,8 @@
 /* Directions along a wall have a slope all the same. */
 #define COMPONENT_MIN 1e-18f
 
-static void park(struct pen_rays *rays, int lane)
+/* Rare: left in the loop below it would become masked stores for every lane. */
+static __attribute__((noinline)) void park(struct pen_rays *rays, int lane)
 {
 	rays->origin_x[lane] = rays->origin_y[lane] = rays->origin_z[lane] = 0.0f;
 	rays->direction_x[lane] = rays->direction_y[lane] = 0.0f;

@@ -145,8 +145,9 @@ static bool meet_plane(const struct pen_handful_triangle *triangle, const struct
 	return any != 0;
 }
 
-/* Two axes across each ray, in which it is the origin. */
+/* Two axes across each ray, in which it is the origin: found when they are first needed. */
 struct frames {
+	bool are_known;
 	_Alignas(64) float tx[PEN_LANES];
 	float ty[PEN_LANES];
 	float tz[PEN_LANES];
@@ -155,8 +156,9 @@ struct frames {
 	float bz[PEN_LANES];
 };
 
-static void frames_init(struct frames *frames, const struct pen_rays *rays)
+static void find_frames(struct frames *frames, const struct pen_rays *rays)
 {
+	frames->are_known = true;
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
 		const struct pen_basis basis = pen_basis(pen_normalize(direction_of(rays, i)));
@@ -190,13 +192,15 @@ PEN_LANE float side_of(struct pen_vec2 a, struct pen_vec2 b)
  * slips through edges or corners.
  */
 static bool meet_triangle(const struct pen_handful_triangle *triangle, const struct pen_rays *rays,
-	const struct frames *frames, struct meeting *ret)
+	struct frames *frames, struct meeting *ret)
 {
 	const struct pen_handful_triangle t = *triangle;
 	int32_t any = 0;
 
 	if (!meet_plane(triangle, rays, ret->distance))
 		return false;
+	if (!frames->are_known)
+		find_frames(frames, rays);
 #pragma omp simd reduction(| : any)
 	for (int i = 0; i < PEN_LANES; i++) {
 		const struct pen_vec3 o = origin_of(rays, i);
@@ -220,61 +224,119 @@ static bool meet_triangle(const struct pen_handful_triangle *triangle, const str
 	return any != 0;
 }
 
-static bool meet_sphere(const struct pen_handful_sphere *sphere, const struct pen_rays *rays,
-	float ret_distances[PEN_LANES])
+/* What of sixteen rays all spheres share: 1 / direction^2. */
+struct slopes {
+	_Alignas(64) float inv_a[PEN_LANES];
+};
+
+static void slopes_init(struct slopes *slopes, const struct pen_rays *rays)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++)
+		slopes->inv_a[i] = 1.0f / pen_dot(direction_of(rays, i), direction_of(rays, i));
+}
+
+/* How sixteen rays pass one sphere, see struct pen_passage. */
+struct passages {
+	_Alignas(64) float middle[PEN_LANES];
+	float gap2[PEN_LANES];
+	float outside2[PEN_LANES]; /* from^2 less radius^2 */
+};
+
+/*
+ * False when no ray meets the sphere: one that is outside and has the closest point behind it
+ * does not. is_still is a constant where this is inlined.
+ */
+PEN_LANE bool pass_sphere(const struct pen_handful_sphere *sphere, bool is_still,
+	const struct pen_rays *rays, const struct slopes *slopes, struct passages *ret)
 {
 	const struct pen_handful_sphere s = *sphere;
 	int32_t any = 0;
 
 #pragma omp simd reduction(| : any)
-	for (int i = 0; i < PEN_LANES; i++)
-		any |= pen_sphere_passage(sphere_at(&s, rays->time[i]), origin_of(rays, i),
-			       direction_of(rays, i))
-			       .gap2 >= 0.0f;
-	if (!any)
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_sphere at = is_still ? s.start : sphere_at(&s, rays->time[i]);
+		const struct pen_passage p = pen_sphere_passage_by(
+			at, origin_of(rays, i), direction_of(rays, i), slopes->inv_a[i]);
+		const float outside2 = pen_dot(p.from, p.from) - at.radius * at.radius;
+
+		ret->middle[i] = p.middle;
+		ret->gap2[i] = p.gap2;
+		ret->outside2[i] = outside2;
+		any |= (p.gap2 >= 0.0f) & ((p.middle >= 0.0f) | (outside2 <= 0.0f));
+	}
+	return any != 0;
+}
+
+static bool meet_sphere(const struct pen_handful_sphere *sphere, const struct pen_rays *rays,
+	const struct slopes *slopes, float ret_distances[PEN_LANES])
+{
+	const struct pen_sphere *change = &sphere->change;
+	const bool is_still =
+		change->x == 0 && change->y == 0 && change->z == 0 && change->radius == 0;
+	struct passages passages;
+
+	if (!(is_still ? pass_sphere(sphere, true, rays, slopes, &passages)
+		       : pass_sphere(sphere, false, rays, slopes, &passages)))
 		return false;
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++)
-		ret_distances[i] = pen_sphere_distance(sphere_at(&s, rays->time[i]),
-			origin_of(rays, i), direction_of(rays, i), rays->tnear[i]);
+		ret_distances[i] = pen_sphere_root(passages.gap2[i], passages.middle[i],
+			passages.outside2[i], slopes->inv_a[i], rays->tnear[i]);
 	return true;
 }
 
-static void keep_closer(
-	const struct meeting *from, uint32_t shape, uint32_t primitive, struct pen_packet *packet)
+static void keep_closer_sphere(const float distances[PEN_LANES], uint32_t shape, uint32_t primitive,
+	struct pen_packet *packet)
 {
 	struct pen_rays *rays = &packet->rays;
 	struct pen_hits *hits = &packet->hits;
 
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
-		const int is_closer = from->distance[i] < rays->tfar[i];
+		const int is_closer = distances[i] < rays->tfar[i];
 
-		rays->tfar[i] = is_closer ? from->distance[i] : rays->tfar[i];
-		hits->u[i] = is_closer ? from->u[i] : hits->u[i];
-		hits->v[i] = is_closer ? from->v[i] : hits->v[i];
-		hits->primitive[i] = is_closer ? primitive : hits->primitive[i];
-		hits->geometry[i] = is_closer ? shape : hits->geometry[i];
+		rays->tfar[i] = pen_pick(is_closer, distances[i], rays->tfar[i]);
+		hits->primitive[i] = pen_pick_bits(is_closer, primitive, hits->primitive[i]);
+		hits->geometry[i] = pen_pick_bits(is_closer, shape, hits->geometry[i]);
 	}
+}
+
+static void keep_closer(
+	const struct meeting *from, uint32_t shape, uint32_t primitive, struct pen_packet *packet)
+{
+	struct pen_hits *hits = &packet->hits;
+
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int is_closer = from->distance[i] < packet->rays.tfar[i];
+
+		hits->u[i] = pen_pick(is_closer, from->u[i], hits->u[i]);
+		hits->v[i] = pen_pick(is_closer, from->v[i], hits->v[i]);
+	}
+	keep_closer_sphere(from->distance, shape, primitive, packet);
 }
 
 void pen_handful_closest(const struct pen_handful *handful, struct pen_packet *packet)
 {
-	struct meeting meeting = {.u = {0}};
+	struct meeting meeting;
+	struct slopes slopes;
 	struct frames frames;
 
-	frames_init(&frames, &packet->rays);
+	frames.are_known = false;
 	for (uint32_t k = 0; k < handful->triangle_count; k++) {
 		const struct pen_handful_triangle *t = &handful->triangles[k];
 
 		if (meet_triangle(t, &packet->rays, &frames, &meeting))
 			keep_closer(&meeting, t->shape, t->primitive, packet);
 	}
+	if (handful->sphere_count > 0)
+		slopes_init(&slopes, &packet->rays);
 	for (uint32_t k = 0; k < handful->sphere_count; k++) {
 		const struct pen_handful_sphere *s = &handful->spheres[k];
 
-		if (meet_sphere(s, &packet->rays, meeting.distance))
-			keep_closer(&meeting, s->shape, s->primitive, packet);
+		if (meet_sphere(s, &packet->rays, &slopes, meeting.distance))
+			keep_closer_sphere(meeting.distance, s->shape, s->primitive, packet);
 	}
 }
 
@@ -296,11 +358,14 @@ static bool end_met(const float distances[PEN_LANES], struct pen_rays *rays)
 bool pen_handful_occluded(const struct pen_handful *handful, struct pen_rays *rays)
 {
 	struct meeting meeting;
+	struct slopes slopes;
 	struct frames frames;
 
-	frames_init(&frames, rays);
+	frames.are_known = false;
+	if (handful->sphere_count > 0)
+		slopes_init(&slopes, rays);
 	for (uint32_t k = 0; k < handful->sphere_count; k++)
-		if (meet_sphere(&handful->spheres[k], rays, meeting.distance) &&
+		if (meet_sphere(&handful->spheres[k], rays, &slopes, meeting.distance) &&
 			!end_met(meeting.distance, rays))
 			return false;
 	for (uint32_t k = 0; k < handful->triangle_count; k++)

@@ -162,13 +162,13 @@ static void find_triangles(const struct pen_geometry *geometry, const struct pen
 		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
 		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
 
-		to->x[i] = wanted ? p.x : to->x[i];
-		to->y[i] = wanted ? p.y : to->y[i];
-		to->z[i] = wanted ? p.z : to->z[i];
-		to->facing_x[i] = wanted ? n.x : to->facing_x[i];
-		to->facing_y[i] = wanted ? n.y : to->facing_y[i];
-		to->facing_z[i] = wanted ? n.z : to->facing_z[i];
-		to->error[i] = wanted ? ERROR_SHARE * reach : to->error[i];
+		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
+		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
+		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
+		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
+		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
+		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
+		to->error[i] = pen_pick(wanted, ERROR_SHARE * reach, to->error[i]);
 	}
 }
 
@@ -190,13 +190,75 @@ static void find_spheres(const struct pen_geometry *geometry, const struct pen_r
 		const struct pen_vec3 p = pen_madd(center, radius, n);
 		const float error = ERROR_SHARE * (largest(center) + radius);
 
-		to->x[i] = wanted ? p.x : to->x[i];
-		to->y[i] = wanted ? p.y : to->y[i];
-		to->z[i] = wanted ? p.z : to->z[i];
-		to->facing_x[i] = wanted ? n.x : to->facing_x[i];
-		to->facing_y[i] = wanted ? n.y : to->facing_y[i];
-		to->facing_z[i] = wanted ? n.z : to->facing_z[i];
-		to->error[i] = wanted ? error : to->error[i];
+		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
+		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
+		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
+		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
+		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
+		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
+		to->error[i] = pen_pick(wanted, error, to->error[i]);
+	}
+}
+
+/* Where the spheres are that lanes hit, at their times; some sphere in other lanes. */
+struct travelled {
+	_Alignas(64) float x[PEN_LANES];
+	float y[PEN_LANES];
+	float z[PEN_LANES];
+	float radius[PEN_LANES];
+};
+
+static void travel(const struct pen_render_scene *scene, const struct pen_packet *packet,
+	const struct lookup *lookup, struct travelled *ret)
+{
+	const struct pen_geometry *geometry = &scene->geometry;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->route[i] == PEN_ROUTE_TRAVELLER;
+		const uint32_t shape = packet->hits.geometry[i] & (uint32_t)-wanted;
+		const struct pen_model *model = &geometry->models[geometry->shapes[shape].model];
+		struct pen_sphere at = {.radius = 1.0f};
+
+		if (wanted) {
+			const struct pen_spheres spheres = {
+				geometry->spheres + model->first, model->count, model->step_count};
+
+			at = pen_sphere_at(
+				&spheres, (int32_t)packet->hits.primitive[i], packet->rays.time[i]);
+		}
+		ret->x[i] = at.x;
+		ret->y[i] = at.y;
+		ret->z[i] = at.z;
+		ret->radius[i] = at.radius;
+	}
+}
+
+static void find_travellers(const struct pen_render_scene *scene, const struct pen_packet *packet,
+	const struct lookup *lookup, struct pen_points *to)
+{
+	const struct pen_rays *rays = &packet->rays;
+	struct travelled spheres;
+
+	travel(scene, packet, lookup, &spheres);
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		const int wanted = lookup->route[i] == PEN_ROUTE_TRAVELLER;
+		const struct pen_vec3 center = {spheres.x[i], spheres.y[i], spheres.z[i]};
+		const struct pen_vec3 towards = {
+			rays->origin_x[i] + rays->tfar[i] * rays->direction_x[i],
+			rays->origin_y[i] + rays->tfar[i] * rays->direction_y[i],
+			rays->origin_z[i] + rays->tfar[i] * rays->direction_z[i]};
+		const struct pen_vec3 n = pen_normalize(pen_sub(towards, center));
+		const struct pen_vec3 p = pen_madd(center, spheres.radius[i], n);
+		const float error = ERROR_SHARE * (largest(center) + spheres.radius[i]);
+
+		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
+		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
+		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
+		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
+		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
+		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
+		to->error[i] = pen_pick(wanted, error, to->error[i]);
 	}
 }
 
@@ -385,9 +447,9 @@ static void find_smooth_normals(const struct pen_geometry *geometry, const struc
 		const struct pen_vec3 c = pen_vertex(pool, (index[2] + shift) & -wanted);
 		const struct pen_vec3 n = pen_normalize(blend(a, b, c, hits->u[i], hits->v[i]));
 
-		to->normal_x[i] = wanted ? n.x : to->normal_x[i];
-		to->normal_y[i] = wanted ? n.y : to->normal_y[i];
-		to->normal_z[i] = wanted ? n.z : to->normal_z[i];
+		to->normal_x[i] = pen_pick(wanted, n.x, to->normal_x[i]);
+		to->normal_y[i] = pen_pick(wanted, n.y, to->normal_y[i]);
+		to->normal_z[i] = pen_pick(wanted, n.z, to->normal_z[i]);
 	}
 }
 
@@ -439,6 +501,8 @@ void pen_points_find(const struct pen_render_scene *scene, const struct pen_pack
 		find_triangles(geometry, &packet->hits, &lookup, ret_points);
 	if (lookup.routes & PEN_ROUTE_SPHERE)
 		find_spheres(geometry, &packet->rays, &lookup, ret_points);
+	if (lookup.routes & PEN_ROUTE_TRAVELLER)
+		find_travellers(scene, packet, &lookup, ret_points);
 	copy_normals(ret_points);
 	if (lookup.is_smooth)
 		find_smooth_normals(geometry, &packet->hits, &lookup, ret_points);

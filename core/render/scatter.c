@@ -39,11 +39,11 @@ static struct pen_vec3 towards_origin(const struct pen_rays *rays, int lane)
 
 static void choose(struct outgoing *to, int lane, int wanted, struct pen_lobe lobe)
 {
-	to->x[lane] = wanted ? lobe.direction.x : to->x[lane];
-	to->y[lane] = wanted ? lobe.direction.y : to->y[lane];
-	to->z[lane] = wanted ? lobe.direction.z : to->z[lane];
-	to->weight[lane] = wanted ? lobe.weight : to->weight[lane];
-	to->pdf[lane] = wanted ? lobe.pdf : to->pdf[lane];
+	to->x[lane] = pen_pick(wanted, lobe.direction.x, to->x[lane]);
+	to->y[lane] = pen_pick(wanted, lobe.direction.y, to->y[lane]);
+	to->z[lane] = pen_pick(wanted, lobe.direction.z, to->z[lane]);
+	to->weight[lane] = pen_pick(wanted, lobe.weight, to->weight[lane]);
+	to->pdf[lane] = pen_pick(wanted, lobe.pdf, to->pdf[lane]);
 }
 
 static void end_all(struct outgoing *to)

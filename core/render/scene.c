@@ -25,6 +25,8 @@ static struct pen_target target_of(const struct pen_geometry *geometry, uint32_t
 		target.normal_offset = model->normal_offset;
 	} else if (rests && model->type == PEN_MODEL_SPHERES) {
 		target.route = PEN_ROUTE_SPHERE;
+	} else if (shape->placement_count == 0 && model->type == PEN_MODEL_SPHERES) {
+		target.route = PEN_ROUTE_TRAVELLER;
 	}
 	return target;
 }

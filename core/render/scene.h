@@ -43,9 +43,10 @@ struct pen_surface {
 /* How the hit point is found. Bits, as above. */
 enum pen_route {
 	PEN_ROUTE_NONE = 1 << 0,
-	PEN_ROUTE_TRIANGLE = 1 << 1, /* in world coordinates, at rest */
-	PEN_ROUTE_SPHERE = 1 << 2,   /* the same */
-	PEN_ROUTE_SLOW = 1 << 3	     /* anything, by way of its shape */
+	PEN_ROUTE_TRIANGLE = 1 << 1,  /* in world coordinates, at rest */
+	PEN_ROUTE_SPHERE = 1 << 2,    /* the same */
+	PEN_ROUTE_TRAVELLER = 1 << 3, /* a sphere in world coordinates, but for its time */
+	PEN_ROUTE_SLOW = 1 << 4	      /* anything, by way of its shape */
 };
 
 /* What a lane needs of the shape it hit; the last entry stands for no hit. */

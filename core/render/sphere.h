@@ -52,12 +52,12 @@ struct pen_passage {
 	float gap2;	      /* radius^2 less the square of that distance; negative: a miss */
 };
 
-PEN_LANE struct pen_passage pen_sphere_passage(
-	struct pen_sphere sphere, struct pen_vec3 origin, struct pen_vec3 direction)
+/* inv_a: 1 / direction^2. */
+PEN_LANE struct pen_passage pen_sphere_passage_by(
+	struct pen_sphere sphere, struct pen_vec3 origin, struct pen_vec3 direction, float inv_a)
 {
 	const struct pen_vec3 from = {
 		origin.x - sphere.x, origin.y - sphere.y, origin.z - sphere.z};
-	const float inv_a = 1.0f / pen_dot(direction, direction);
 	const float middle = -pen_dot(from, direction) * inv_a;
 	const struct pen_vec3 closest = pen_madd(from, middle, direction);
 
@@ -65,25 +65,38 @@ PEN_LANE struct pen_passage pen_sphere_passage(
 		from, inv_a, middle, sphere.radius * sphere.radius - pen_dot(closest, closest)};
 }
 
+PEN_LANE struct pen_passage pen_sphere_passage(
+	struct pen_sphere sphere, struct pen_vec3 origin, struct pen_vec3 direction)
+{
+	return pen_sphere_passage_by(
+		sphere, origin, direction, 1.0f / pen_dot(direction, direction));
+}
+
 /*
  * Where the ray first meets the sphere after tnear; INFINITY where it doesn't. The stable form of
  * the quadratic: the discriminant from the distance between ray and centre, the smaller root from
  * the larger one (Haines et al. 2019, "Precision improvements for ray/sphere intersection", Ray
- * Tracing Gems, chapter 7).
+ * Tracing Gems, chapter 7). outside2: from^2 less radius^2.
  */
-PEN_LANE float pen_sphere_distance(
-	struct pen_sphere sphere, struct pen_vec3 origin, struct pen_vec3 direction, float tnear)
+PEN_LANE float pen_sphere_root(float gap2, float middle, float outside2, float inv_a, float tnear)
 {
-	const struct pen_passage p = pen_sphere_passage(sphere, origin, direction);
-	const float half = pen_sqrt_clamped(p.gap2 * p.inv_a);
-	const float far_root = p.middle + copysignf(half, p.middle);
-	const float near_root =
-		(pen_dot(p.from, p.from) - sphere.radius * sphere.radius) * p.inv_a / far_root;
+	const float half = pen_sqrt_clamped(gap2 * inv_a);
+	const float far_root = middle + copysignf(half, middle);
+	const float near_root = outside2 * inv_a / far_root;
 	const float first = pen_min(near_root, far_root);
 	const float second = pen_max(near_root, far_root);
 	const float distance = first >= tnear ? first : second;
 
-	return p.gap2 >= 0.0f && distance >= tnear ? distance : INFINITY;
+	return gap2 >= 0.0f && distance >= tnear ? distance : INFINITY;
+}
+
+PEN_LANE float pen_sphere_distance(
+	struct pen_sphere sphere, struct pen_vec3 origin, struct pen_vec3 direction, float tnear)
+{
+	const struct pen_passage p = pen_sphere_passage(sphere, origin, direction);
+	const float outside2 = pen_dot(p.from, p.from) - sphere.radius * sphere.radius;
+
+	return pen_sphere_root(p.gap2, p.middle, outside2, p.inv_a, tnear);
 }
 
 /*

@@ -89,16 +89,23 @@ static void add_to_slots(
 	}
 }
 
+static void clear(struct pen_gathered *sum)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++)
+		sum->red[i] = sum->green[i] = sum->blue[i] = 0.0f;
+}
+
 /* One step of sixteen paths: to what they hit, its light, and on. */
 static void step_packet(
 	struct pen_wavefront *wavefront, struct pen_pass *pass, struct pen_paths *paths)
 {
 	const struct pen_render_scene *scene = wavefront->scene;
-	struct pen_gathered sum = {0};
+	struct pen_gathered sum;
 	struct pen_points points;
-
 	const struct pen_sieve sieve = {pass, paths->key, paths->index, false};
 
+	clear(&sum);
 	pass->rays_dropped +=
 		pen_trace_closest(scene->trace, pass->is_coherent, &sieve, &paths->packet);
 	pen_points_find(scene, &paths->packet, &points);

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time to an equal error beside Blender's Cycles, scene by scene.
 
-    equal_error.py [--runs 3] [--samples 64 256] [--processes 2] [--scale 0.5] [SCENE …]
+    equal_error.py [--runs 3] [--samples 64 256] [--processes 2] [--scale 0.5] [--full 1]
+                   [SCENE …]
 
 How far each renderer is off after so many samples is the RMSE, over pixels and channels, of values
 compressed by v / (1 + v), against its own image with 16 times the most samples and another seed.
 Penumbra's fewest samples, a multiple of 16, whose RMSE is at most that of Cycles are looked for;
 these errors are measured on images of --scale the size, which makes them no other but the
-references cheaper. Then both render the scene in its full size with as many samples, in turn, runs
+references cheaper. Then both render the scene in --full its size with as many samples, in turn, runs
 times. Counted is rendering alone, by the wall (Penumbra's "seconds" of the resource, the stamps of
 Cycles' log from its first sample to its last) and in processor time of all processes (what a run
 takes beyond one of a single sample). Start, loading, building and writing the file is what the rest
@@ -150,8 +151,8 @@ def subjects(name, service, directory, threads):
 def measure(name, options, service, directory):
     """Rows of one scene: a dict for each number of Cycles' samples."""
     ours, cycles = subjects(name, service, directory, options.processes)
-    full = {key: ours.doc["image"][key] for key in ("width", "height")}
-    size = {key: max(1, round(value * options.scale)) for key, value in full.items()}
+    full, size = ({key: max(1, round(ours.doc["image"][key] * scale)) for key in ("width", "height")}
+                  for scale in (options.full, options.scale))
     most = max(options.samples)
     errors = Errors(ours, size, most), Errors(cycles, size, most)
     for samples in options.samples:
@@ -192,6 +193,7 @@ def main():
     parser.add_argument("--samples", type=int, nargs="+", default=[64, 256])
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--scale", type=float, default=0.5)
+    parser.add_argument("--full", type=float, default=1)
     parser.add_argument("scenes", nargs="*", default=NAMES)
     options = parser.parse_args()
     print(f"{options.processes} cores, {options.runs} runs; seconds of rendering in processor time,"
