@@ -76,6 +76,7 @@ static const char *title_of(unsigned status)
 		{421, "Misdirected Request"},
 		{422, "Unprocessable Content"},
 		{500, "Internal Server Error"},
+		{501, "Not Implemented"},
 		{503, "Service Unavailable"},
 		{507, "Insufficient Storage"},
 	};

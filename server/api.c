@@ -5,6 +5,7 @@
 #include "server/api_document.h"
 #include "server/api_events.h"
 #include "server/api_farm.h"
+#include "server/api_iiif.h"
 #include "server/api_image.h"
 #include "server/api_page.h"
 #include "server/api_render.h"
@@ -32,6 +33,10 @@ static const struct route {
 	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get},
+	{"/v1/renders/{id}/iiif", PEN_GET, pen_api_iiif_base},
+	{"/v1/renders/{id}/iiif/info.json", PEN_GET, pen_api_iiif_info},
+	{"/v1/renders/{id}/iiif/{region}/{size}/{turn}/{quality}.{extension}", PEN_GET,
+		pen_api_iiif_image},
 	{"/v1/renders", PEN_GET, pen_api_render_list},
 	{"/v1/renders", PEN_POST, pen_api_submit},
 	{"/v1/assets/sha256/{hash}", PEN_GET, pen_api_asset_get},
@@ -40,6 +45,8 @@ static const struct route {
 	{"/v1/scenes/sha256/{hash}", PEN_GET, pen_api_scene_get},
 	{"/v1/scenes/sha256/{hash}", PEN_PUT, pen_api_scene_put},
 	{"/v1/workers", PEN_GET, pen_api_workers},
+	{"/v1/workers/{id}/drain", PEN_POST, pen_api_worker_drain},
+	{"/v1/workers/{id}/reset", PEN_POST, pen_api_worker_reset},
 	{"/v1/farm", PEN_GET, pen_api_farm},
 	{"/metrics", PEN_GET, pen_api_metrics},
 	{"/livez", PEN_GET, pen_api_livez},
@@ -80,8 +87,14 @@ static bool capture(char letter, const char **path, struct pen_api_parameters *f
 		{'n', found->frame, sizeof found->frame},
 		{'e', found->extension, sizeof found->extension},
 		{'p', found->page, sizeof found->page},
+		{'r', found->region, sizeof found->region},
+		{'s', found->size, sizeof found->size},
+		{'t', found->turn, sizeof found->turn},
+		{'q', found->quality, sizeof found->quality},
 	};
-	size_t length = letter == 'p' ? strlen(*path) : strcspn(*path, "/."), i = 0;
+	/* Of these some have a point in them, and a page may be in a folder. */
+	const char *ends = letter == 'p' ? "" : strchr("rst", letter) ? "/" : "/.";
+	size_t length = strcspn(*path, ends), i = 0;
 
 	while (places[i].letter != letter)
 		i++;
@@ -123,7 +136,8 @@ static const char *method_name(enum pen_method method)
 	}
 }
 
-static void refuse_method(struct pen_exchange *exchange)
+/* What may be done at a path, for OPTIONS and for those who tried something else. */
+static void answer_methods(struct pen_exchange *exchange)
 {
 	struct pen_api_parameters parameters;
 	struct pen_answer answer;
@@ -135,8 +149,11 @@ static void refuse_method(struct pen_exchange *exchange)
 			used += (size_t)snprintf(allow + used, sizeof allow - used, "%s%s",
 				used > 0 ? ", " : "", method_name(routes[i].method));
 	}
-	pen_answer_problem(&answer, 405, "this resource has no such method: see Allow");
-	pen_answer_field(&answer, "Allow", "%s", allow);
+	if (exchange->method == PEN_OPTIONS)
+		pen_answer_init(&answer, 204);
+	else
+		pen_answer_problem(&answer, 405, "this resource has no such method: see Allow");
+	pen_answer_field(&answer, "Allow", "%s, OPTIONS", allow);
 	pen_exchange_answer(exchange, &answer);
 }
 
@@ -196,7 +213,7 @@ void pen_api_handle(struct pen_exchange *exchange)
 		known = true;
 	}
 	if (known)
-		refuse_method(exchange);
+		answer_methods(exchange);
 	else
 		pen_exchange_problem(exchange, 404, "there is nothing at this path");
 }

@@ -33,7 +33,8 @@ struct pen_api_parameters {
 	char hash[PEN_SHA256_TEXT];
 	char frame[16]; /* "": none */
 	char extension[8];
-	char page[64]; /* the rest of the path */
+	char page[64];					  /* the rest of the path */
+	char region[64], size[32], turn[16], quality[16]; /* see server/api_iiif.h */
 };
 
 /*

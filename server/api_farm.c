@@ -2,6 +2,7 @@
 #include "server/api_farm.h"
 
 #include "core/base/clock.h"
+#include "server/fields.h"
 #include "server/metrics.h"
 
 #include <stdio.h>
@@ -44,6 +45,46 @@ void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_paramet
 	pen_answer_json(&answer, 200, json_pack("{s:o}", "workers", list));
 	pen_answer_field(&answer, "Cache-Control", "no-store");
 	pen_exchange_answer(exchange, &answer);
+}
+
+/* Its id; 0, which no worker has, when the text is none. */
+static uint64_t worker_id(const struct pen_api_parameters *parameters)
+{
+	uint64_t id;
+
+	return pen_field_number(parameters->id, INT64_MAX, &id) ? id : 0;
+}
+
+static void answer_worker(
+	struct pen_exchange *exchange, uint64_t id, int r, const struct pen_error *err)
+{
+	struct pen_answer answer;
+
+	if (r < 0) {
+		pen_exchange_error(exchange, err);
+		return;
+	}
+	pen_answer_json(&answer, 200, worker_json(pen_farm_next(exchange->api->farm, id - 1)));
+	pen_answer_field(&answer, "Cache-Control", "no-store");
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_worker_drain(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const uint64_t id = worker_id(parameters);
+	struct pen_error err = PEN_ERROR_INIT;
+
+	answer_worker(exchange, id, pen_farm_drain(exchange->api->farm, id, &err), &err);
+}
+
+void pen_api_worker_reset(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const uint64_t id = worker_id(parameters);
+	struct pen_error err = PEN_ERROR_INIT;
+
+	answer_worker(exchange, id, pen_farm_reset(exchange->api->farm, id, &err), &err);
 }
 
 void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)

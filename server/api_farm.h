@@ -6,6 +6,13 @@
 
 /* GET /v1/workers, /v1/farm, /metrics, /livez and /readyz. */
 void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+
+/* POST of /v1/workers/{id}/drain and /reset. */
+void pen_api_worker_drain(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+void pen_api_worker_reset(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+
 void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_metrics(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_livez(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);

@@ -17,7 +17,8 @@
 struct delivery {
 	struct pen_exchange *exchange;
 	enum pen_image_format format;
-	bool final, negotiated;
+	bool final;
+	struct pen_api_image_manner manner;
 	double progress;
 	char etag[PEN_ANSWER_VALUE];
 };
@@ -31,8 +32,10 @@ static void add_fields(struct pen_answer *answer, const struct delivery *deliver
 	/* Rounded down, so that 1.00 is the end and not nearly. */
 	pen_answer_field(
 		answer, "Penumbra-Progress", "%.2f", floor(delivery->progress * 100.0) / 100.0);
-	if (delivery->negotiated)
+	if (delivery->manner.is_negotiated)
 		pen_answer_field(answer, "Vary", "Accept");
+	if (delivery->manner.is_shared)
+		pen_answer_field(answer, "Access-Control-Allow-Origin", "*");
 }
 
 /* Cuts the answer down to the range that the client asked for, if it did. */
@@ -234,46 +237,77 @@ static void answer_image(
 		request_encoding(delivery, encoding, job);
 }
 
-void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+struct pen_encoding pen_api_image_encoding(
+	const struct pen_job *job, const struct pen_job_frame *frame)
 {
-	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
-	struct delivery delivery = {.exchange = exchange};
-	struct pen_encoding encoding;
-	struct pen_job_frame frame;
-
-	if (!job || !choose_frame(exchange, job, parameters->frame, &frame))
-		return;
-	encoding = (struct pen_encoding){
+	return (struct pen_encoding){
 		.job_id = job->id,
-		.frame = frame.number,
-		.revision = frame.revision,
-		.final = frame.done,
+		.frame = frame->number,
+		.revision = frame->revision,
+		.final = frame->done,
 		.width = job->width,
 		.height = job->height,
 		.tiling = job->tiling,
 		.planes = pen_planes_of(job->aovs, job->sampling.mode),
 		.layers = pen_layers_of(job->aovs),
+		.layer = PEN_LAYER_COLOR,
 		.samples = job->sampling.samples,
 		.exposure = job->exposure,
 		.content = job->content,
 		.equivalence_class = job->equivalence_class,
 	};
-	if (!choose_format(exchange, parameters->extension, &encoding.format) ||
-		!choose_layer(exchange, encoding.layers, &encoding.layer) ||
-		!choose_exposure(exchange, encoding.layer, &encoding.exposure))
-		return;
+}
+
+static void name_image(const struct pen_api *api, const struct pen_encoding *encoding,
+	char ret_etag[static PEN_ANSWER_VALUE])
+{
+	const struct pen_rect region = encoding->region;
+	int n = snprintf(ret_etag, PEN_ANSWER_VALUE, "\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s%a",
+		encoding->final ? 0 : api->boot, encoding->frame, encoding->revision,
+		pen_layer_name(encoding->layer), pen_image_format_extension(encoding->format),
+		encoding->exposure);
+
+	if (encoding->out_width != 0)
+		n += snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "-%u.%u.%u.%u-%u.%u",
+			region.x0, region.y0, region.x1, region.y1, encoding->out_width,
+			encoding->out_height);
+	(void)snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "\"");
+}
+
+void pen_api_image_answer(struct pen_exchange *exchange, const struct pen_job *job,
+	const struct pen_job_frame *frame, const struct pen_encoding *encoding,
+	struct pen_api_image_manner manner)
+{
+	struct delivery delivery = {
+		.exchange = exchange,
+		.format = encoding->format,
+		.final = encoding->final,
+		.manner = manner,
+		.progress = frame->progress,
+	};
+
 	if (pen_job_is_over(job->state) && job->image_revision == 0) {
 		pen_exchange_problem(
 			exchange, 409, "this render ended before any of it was rendered");
 		return;
 	}
-	delivery.format = encoding.format;
-	delivery.final = encoding.final;
-	delivery.negotiated = !parameters->extension[0];
-	delivery.progress = frame.progress;
-	(void)snprintf(delivery.etag, sizeof delivery.etag,
-		"\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s%a\"", encoding.final ? 0 : exchange->api->boot,
-		encoding.frame, encoding.revision, pen_layer_name(encoding.layer),
-		pen_image_format_extension(encoding.format), encoding.exposure);
-	answer_image(&delivery, &encoding, job);
+	name_image(exchange->api, encoding, delivery.etag);
+	answer_image(&delivery, encoding, job);
+}
+
+void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_encoding encoding;
+	struct pen_job_frame frame;
+
+	if (!job || !choose_frame(exchange, job, parameters->frame, &frame))
+		return;
+	encoding = pen_api_image_encoding(job, &frame);
+	if (!choose_format(exchange, parameters->extension, &encoding.format) ||
+		!choose_layer(exchange, encoding.layers, &encoding.layer) ||
+		!choose_exposure(exchange, encoding.layer, &encoding.exposure))
+		return;
+	pen_api_image_answer(exchange, job, &frame, &encoding,
+		(struct pen_api_image_manner){.is_negotiated = !parameters->extension[0]});
 }

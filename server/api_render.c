@@ -51,6 +51,7 @@ static json_t *links_json(const struct pen_job *job)
 	}
 	set(links, "images", images);
 	set(links, "frames", json_sprintf("/v1/renders/%s/frames/{number}", job->id));
+	set(links, "iiif", json_sprintf("/v1/renders/%s/iiif", job->id));
 	set(links, "events", json_sprintf("/v1/renders/%s/events", job->id));
 	return links;
 }

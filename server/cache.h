@@ -14,7 +14,7 @@
  * after a crash and vanish with the coordinator. At most PEN_CACHE_FILES and, but for the newest,
  * PEN_CACHE_BYTES; the least recently used goes first.
  */
-enum { PEN_CACHE_KEY = 128 };
+enum { PEN_CACHE_KEY = 192 };
 
 struct pen_cache_file {
 	char key[PEN_CACHE_KEY]; /* "" when the place is free */

@@ -63,9 +63,11 @@ static void key_of(const struct pen_encoding *encoding, char ret_key[static PEN_
 	bool toned = encoding->format == PEN_IMAGE_PNG || encoding->format == PEN_IMAGE_JPEG;
 	double exposure = toned ? encoding->exposure : 0.0;
 
-	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%u/%" PRIu64 "%s/%s/%a.%s", encoding->job_id,
-		encoding->frame, encoding->revision, encoding->final ? "-final" : "",
-		pen_layer_name(encoding->layer), exposure,
+	(void)snprintf(ret_key, PEN_CACHE_KEY, "%s/%u/%" PRIu64 "%s/%s/%a/%u,%u,%u,%u/%u,%u.%s",
+		encoding->job_id, encoding->frame, encoding->revision,
+		encoding->final ? "-final" : "", pen_layer_name(encoding->layer), exposure,
+		encoding->region.x0, encoding->region.y0, encoding->region.x1, encoding->region.y1,
+		encoding->out_width, encoding->out_height,
 		pen_image_format_extension(encoding->format));
 }
 
@@ -331,6 +333,9 @@ static struct pending *pending_create(const struct pen_encoding *encoding, const
 		.final = encoding->final,
 		.width = encoding->width,
 		.height = encoding->height,
+		.region = encoding->region,
+		.out_width = encoding->out_width,
+		.out_height = encoding->out_height,
 		.crop = encoding->tiling.crop,
 		.tile_px = encoding->tiling.tile_px,
 		.planes = encoding->planes,

@@ -23,7 +23,9 @@ struct pen_encoding {
 	uint64_t revision; /* of the frame: cached results are keyed by it */
 	bool final;	   /* the frame is done: full compression; else the fastest */
 	enum pen_image_format format;
-	uint32_t width, height; /* of the whole image */
+	uint32_t width, height;		/* of the whole image */
+	struct pen_rect region;		/* of it, if out_width is not 0: PNG and JPEG */
+	uint32_t out_width, out_height; /* what the region is shrunk to */
 	struct pen_tiling tiling;
 	uint32_t planes;			 /* enum pen_plane: of the framebuffer */
 	uint32_t layers;			 /* 1 << enum pen_layer: the job's */

@@ -8,6 +8,7 @@
 #include "core/base/sandbox.h"
 #include "core/base/tile.h"
 #include "core/image/codec.h"
+#include "core/image/shrink.h"
 #include "server/encoding.h"
 #include "server/framebuf.h"
 
@@ -160,6 +161,19 @@ static bool layers_valid(const struct pen_encoding_request *request)
 	       (film.depth || !(request->layers >> PEN_LAYER_DEPTH & 1)) && request->samples > 0;
 }
 
+/* Nothing, or a region of the image and what it can be shrunk to. */
+static bool region_valid(const struct pen_encoding_request *request)
+{
+	const struct pen_rect whole = {.x1 = request->width, .y1 = request->height};
+
+	if (request->out_width == 0)
+		return true;
+	return (request->format == PEN_IMAGE_PNG || request->format == PEN_IMAGE_JPEG) &&
+	       pen_rect_valid(request->region) && pen_rect_contains(whole, request->region) &&
+	       request->out_width <= pen_rect_width(request->region) && request->out_height > 0 &&
+	       request->out_height <= pen_rect_height(request->region);
+}
+
 static bool request_valid(const struct pen_encoding_request *request)
 {
 	struct pen_rect whole = {.x1 = request->width, .y1 = request->height};
@@ -168,9 +182,33 @@ static bool request_valid(const struct pen_encoding_request *request)
 	       request->height <= PEN_IMAGE_SIDE_MAX && pen_rect_valid(request->crop) &&
 	       pen_rect_contains(whole, request->crop) && request->tile_px > 0 &&
 	       request->tile_px % 16 == 0 && request->tile_px <= PEN_TILE_SIDE_MAX &&
-	       isfinite(request->exposure) && layers_valid(request) &&
+	       isfinite(request->exposure) && layers_valid(request) && region_valid(request) &&
 	       memchr(request->content, '\0', sizeof request->content) &&
 	       memchr(request->equivalence_class, '\0', sizeof request->equivalence_class);
+}
+
+static int encode_region(struct source *source, const struct pen_image_spec *whole, int file_fd,
+	uint64_t *ret_size, struct pen_error *err)
+{
+	const struct pen_encoding_request *request = source->request;
+	struct pen_image_spec spec = *whole;
+	struct pen_shrink shrink = {
+		.row = source_row,
+		.user = source,
+		.window = request->crop,
+		.region = request->region,
+		.width = request->out_width,
+		.height = request->out_height,
+	};
+	int r = pen_shrink_init(&shrink, err);
+
+	spec.width = request->out_width;
+	spec.height = request->out_height;
+	spec.window = (struct pen_rect){.x1 = spec.width, .y1 = spec.height};
+	if (r == 0)
+		r = pen_image_encode(&spec, pen_shrink_row, &shrink, file_fd, ret_size, err);
+	pen_shrink_finish(&shrink);
+	return r;
 }
 
 static int encode(const struct pen_encoding_request *request, int framebuffer_fd, int file_fd,
@@ -195,7 +233,9 @@ static int encode(const struct pen_encoding_request *request, int framebuffer_fd
 		return pen_error_set(err, PEN_EPROTOCOL, "the encoding request is not valid");
 	r = source_init(&source, request, framebuffer_fd, err);
 	if (r == 0)
-		r = pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);
+		r = request->out_width != 0
+			    ? encode_region(&source, &spec, file_fd, ret_size, err)
+			    : pen_image_encode(&spec, source_row, &source, file_fd, ret_size, err);
 	source_finish(&source);
 	return r;
 }

@@ -17,9 +17,11 @@ enum { PEN_ENCODER_SOCKET = 3 };
 
 /* Comes with two descriptors: the framebuffer (server/framebuf.h), and the empty file to fill. */
 struct pen_encoding_request {
-	uint32_t format; /* enum pen_image_format */
-	uint32_t final;	 /* 0 or 1 */
-	uint32_t width, height;
+	uint32_t format;	/* enum pen_image_format */
+	uint32_t final;		/* 0 or 1 */
+	uint32_t width, height; /* of the whole image */
+	struct pen_rect region; /* of it, shrunk to out_width by out_height; 0: all of it */
+	uint32_t out_width, out_height;
 	struct pen_rect crop;
 	uint32_t tile_px;
 	uint32_t planes;  /* enum pen_plane: of the framebuffer */
@@ -31,7 +33,7 @@ struct pen_encoding_request {
 	char content[72]; /* address; "": not known yet, nor is the class */
 	char equivalence_class[PEN_CLASS_BYTES_MAX + 1];
 };
-static_assert(sizeof(struct pen_encoding_request) == 232, "no padding");
+static_assert(sizeof(struct pen_encoding_request) == 256, "no padding");
 
 struct pen_encoding_reply {
 	uint64_t size; /* of the file */

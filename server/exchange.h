@@ -13,7 +13,16 @@ struct pen_asset_upload;
  * One request and its answer, as the API sees them; http.c makes and frees it. It lives until it
  * is answered, which every handler does exactly once, at once or later from the loop.
  */
-enum pen_method { PEN_GET, PEN_HEAD, PEN_POST, PEN_PUT, PEN_PATCH, PEN_DELETE, PEN_METHOD_OTHER };
+enum pen_method {
+	PEN_GET,
+	PEN_HEAD,
+	PEN_POST,
+	PEN_PUT,
+	PEN_PATCH,
+	PEN_DELETE,
+	PEN_OPTIONS,
+	PEN_METHOD_OTHER
+};
 
 struct pen_exchange {
 	struct pen_api

@@ -206,7 +206,7 @@ static void handle_welcomed(struct worker *worker, const struct pen_msg *msg)
 		break;
 	case PEN_FRAME_SCENE_REPORT: pen_dispatch_report(dispatch, &msg->u.scene_report); break;
 	case PEN_FRAME_DRAIN:
-		worker->shown.draining = true;
+		worker->shown.draining = worker->shown.leaving = true;
 		pen_dispatch_drain_worker(dispatch, worker->shown.id);
 		break;
 	default: pen_link_close(worker->link); break;
@@ -464,6 +464,32 @@ const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t aft
 		if (worker->shown.id > after && (!best || worker->shown.id < best->id))
 			best = &worker->shown;
 	return best;
+}
+
+int pen_farm_drain(struct pen_farm *farm, uint64_t id, struct pen_error *err)
+{
+	struct worker *worker = id != 0 ? find_worker(farm, id) : NULL;
+
+	if (!worker)
+		return pen_error_set(err, PEN_ENOTFOUND, "there is no such worker");
+	worker->shown.draining = true;
+	pen_dispatch_drain_worker(farm->dispatch, id);
+	return 0;
+}
+
+int pen_farm_reset(struct pen_farm *farm, uint64_t id, struct pen_error *err)
+{
+	struct worker *worker = id != 0 ? find_worker(farm, id) : NULL;
+
+	if (!worker)
+		return pen_error_set(err, PEN_ENOTFOUND, "there is no such worker");
+	if (worker->shown.leaving)
+		return pen_error_set(err, PEN_ECONFLICT, "the worker is leaving");
+	worker->shown.draining = false;
+	worker->shown.strikes = 0;
+	pen_dispatch_reset_worker(farm->dispatch, id);
+	pen_dispatch_tick(farm->dispatch);
+	return 0;
 }
 
 struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm)

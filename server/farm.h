@@ -41,7 +41,8 @@ struct pen_worker {
 	uint32_t processes;
 	char *equivalence_class;
 	char *version;
-	bool draining;
+	bool draining;	  /* it gets nothing more */
+	bool leaving;	  /* by its own wish: it will not come back to it */
 	bool quarantined; /* others could render what it failed at: it gets nothing for now */
 	uint32_t leases;  /* held now */
 	uint64_t units_done;
@@ -53,6 +54,13 @@ struct pen_worker {
 
 /* In order of id: the first with id > after (0: of all); NULL at the end. */
 const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t after);
+
+/*
+ * From now on it gets no more work; it may finish what it has. Then, with its strikes forgiven,
+ * work again: PEN_ECONFLICT when it is leaving. Both PEN_ENOTFOUND when there is no such worker.
+ */
+int pen_farm_drain(struct pen_farm *farm, uint64_t id, struct pen_error *err);
+int pen_farm_reset(struct pen_farm *farm, uint64_t id, struct pen_error *err);
 
 /* Since the coordinator began, over all workers, also those that have gone. */
 struct pen_farm_totals {

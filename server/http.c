@@ -276,6 +276,7 @@ static enum pen_method method_of(const char *name)
 		[PEN_PUT] = "PUT",
 		[PEN_PATCH] = "PATCH",
 		[PEN_DELETE] = "DELETE",
+		[PEN_OPTIONS] = "OPTIONS",
 	};
 
 	for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {

@@ -364,6 +364,12 @@ static void handle_tick(struct pen_sched *sched)
 	}
 }
 
+static void handle_reset(struct pen_sched *sched, struct pen_sched_hand *worker)
+{
+	worker->draining = false;
+	pen_sched_release(sched, worker, 0);
+}
+
 static void handle_worker(struct pen_sched *sched, const struct pen_sched_event *event)
 {
 	struct pen_sched_hand *worker = pen_sched_find_worker(sched, event->worker);
@@ -374,7 +380,7 @@ static void handle_worker(struct pen_sched *sched, const struct pen_sched_event 
 	else if (worker && event->type == PEN_SCHED_WORKER_DRAIN)
 		worker->draining = true;
 	else if (worker && event->type == PEN_SCHED_WORKER_RESET)
-		pen_sched_release(sched, worker, 0);
+		handle_reset(sched, worker);
 	else if (lease && event->type == PEN_SCHED_PROGRESS)
 		handle_progress(sched, worker, lease, event->u.samples);
 	else if (lease && event->type == PEN_SCHED_RESULT)

@@ -58,7 +58,8 @@ enum pen_sched_event_type {
 	PEN_SCHED_JOB_PRIORITY,
 	PEN_SCHED_WORKER_LEAVE, /* lost or closed */
 	PEN_SCHED_WORKER_DRAIN, /* takes no more leases */
-	PEN_SCHED_WORKER_RESET, /* its strikes are forgiven, it takes leases again */
+	PEN_SCHED_WORKER_RESET, /* its strikes are forgiven; drained or not, it takes leases again
+				 */
 	PEN_SCHED_PROGRESS,
 	PEN_SCHED_RESULT, /* a valid one */
 	PEN_SCHED_MERGED,

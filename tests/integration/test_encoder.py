@@ -15,7 +15,7 @@ import pytest
 from farm import program
 
 PNG, JPEG, EXR, HDR = range(4)
-REQUEST = struct.Struct("=14Id72s96s")  # struct pen_encoding_request
+REQUEST = struct.Struct("=20Id72s96s")  # struct pen_encoding_request
 COLOR, ALBEDO, NORMAL, DEPTH, SAMPLES = range(5)  # enum pen_layer
 REPLY = struct.Struct("=Qi500s")  # struct pen_encoding_reply
 SOCKET = 3
@@ -100,9 +100,10 @@ class Frame:
                 out += used.ljust(px * px * (48 if self.layers else 16), b"\xff")
         return bytes(out)
 
-    def request(self, image_format, final, exposure, layer=COLOR, content="", number=1):
+    def request(self, image_format, final, exposure, layer=COLOR, content="", number=1,
+                region=(0, 0, 0, 0), size=(0, 0)):
         planes, layers = (7, 31) if self.layers else (0, 1)
-        return REQUEST.pack(image_format, final, self.width, self.height, *self.crop,
+        return REQUEST.pack(image_format, final, self.width, self.height, *region, *size, *self.crop,
                             self.tile_px, planes, layers, layer, 64, number, exposure,
                             content.encode(), b"1/class" if content else b"")
 
@@ -201,6 +202,54 @@ def test_a_partial_png_is_transparent_where_nothing_is_rendered(shared):
     assert spec.nchannels == 4
     assert alphas == {at: 255 * (count > 0) for at, (_, _, _, count) in frame.pixels.items()}
     assert set(alphas.values()) == {0, 255}
+
+
+def mean(frame, x0, y0, x1, y1):
+    """The mean of what is rendered of a rectangle, and 1; zeros when nothing is."""
+    total, weight = [0.0] * 3, 0.0
+    for y in range(math.floor(y0), math.ceil(y1)):
+        for x in range(math.floor(x0), math.ceil(x1)):
+            *rgb, alpha = frame.linear(x, y)
+            share = alpha * (min(x + 1, x1) - max(x, x0)) * (min(y + 1, y1) - max(y, y0))
+            total = [t + share * value for t, value in zip(total, rgb)]
+            weight += share
+    return ([t / weight for t in total], 1) if weight > 0 else (total, 0)
+
+
+@pytest.mark.parametrize("frame", FRAMES, ids=IDS)
+@pytest.mark.parametrize("size", [(1.0, 1.0), (0.5, 0.5), (0.4, 0.9), (0.0, 0.0)])
+def test_a_region_is_the_mean_of_what_it_covers(shared, frame, size):
+    """Breaks if a pixel at a border counts wrongly, the mean is one of codes and not of light, or
+    what is not rendered makes it darker."""
+    x0, y0 = frame.width // 5, frame.height // 4
+    region = (x0, y0, frame.width, frame.height)
+    across, down = frame.width - x0, frame.height - y0
+    size = (max(1, int(size[0] * across)), max(1, int(size[1] * down)))
+    data = shared.encode(frame, PNG, final=False, region=region, size=size)
+    spec, pixels = decode(data, "png")
+    assert (spec.width, spec.height, spec.nchannels) == (*size, 4)
+    for v in range(size[1]):
+        for u in range(size[0]):
+            rgb, alpha = mean(frame, x0 + across * u / size[0], y0 + down * v / size[1],
+                              x0 + across * (u + 1) / size[0], y0 + down * (v + 1) / size[1])
+            *got, opaque = [int(value) for value in pixels[v][u]]
+            assert opaque == 255 * alpha
+            for value, linear in zip(got, rgb):
+                assert abs(value - srgb(linear, 0.0)) <= 0.51
+
+
+@pytest.mark.parametrize("more", [
+    dict(region=(0, 0, 38, 5), size=(1, 1)), dict(region=(3, 3, 3, 4), size=(1, 1)),
+    dict(region=(0, 0, 4, 4), size=(5, 1)), dict(region=(0, 0, 4, 4), size=(1, 0)),
+    dict(region=(0, 0, 4, 4), size=(1, 5))])
+def test_a_region_that_is_none_is_refused(shared, more):
+    """Breaks if what the coordinator gets wrong makes the encoder read elsewhere."""
+    frame = Frame(37, 21)
+    with tempfile.TemporaryFile() as framebuffer, tempfile.TemporaryFile() as output:
+        framebuffer.write(frame.bytes())
+        framebuffer.flush()
+        code, text, _ = shared.ask(frame.request(PNG, True, 0.0, **more), framebuffer, output)
+        assert code < 0 and "not valid" in text
 
 
 LAYERED = Frame(37, 21, crop=(2, 3, 37, 20), holes=0.2, layers=True)
@@ -316,10 +365,10 @@ def test_bright_and_dark_extremes(shared):
 
 def bad_requests():
     frame = FRAMES[1]
-    good = [PNG, 1, frame.width, frame.height, *frame.crop, 16, 0, 1, COLOR, 64, 1, 0.0, b"", b""]
-    for index, value in [(0, 4), (2, 16385), (3, 0), (4, 37), (6, 38), (8, 0), (8, 24), (8, 272),
-                         (10, 0), (10, 3), (10, 33), (11, SAMPLES), (11, 5), (12, 0),
-                         (14, math.nan), (14, math.inf), (15, b"x" * 72), (16, b"x" * 96)]:
+    good = [PNG, 1, frame.width, frame.height, *[0] * 6, *frame.crop, 16, 0, 1, COLOR, 64, 1, 0.0, b"", b""]
+    for index, value in [(0, 4), (2, 16385), (3, 0), (10, 37), (12, 38), (14, 0), (14, 24), (14, 272),
+                         (16, 0), (16, 3), (16, 33), (17, SAMPLES), (17, 5), (18, 0),
+                         (20, math.nan), (20, math.inf), (21, b"x" * 72), (22, b"x" * 96)]:
         yield REQUEST.pack(*good[:index], value, *good[index + 1:])
 
 

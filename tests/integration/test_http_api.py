@@ -506,14 +506,43 @@ def test_unknown_paths(server, path):
 
 
 @pytest.mark.parametrize("method, path, allow", [
-    ("PUT", "/v1/renders", "GET, HEAD, POST"),
-    ("POST", "/v1/renders/done", "GET, HEAD, PATCH, DELETE"),
-    ("DELETE", "/v1/renders/done/image.png", "GET, HEAD"),
-    ("OPTIONS", "/livez", "GET, HEAD"), ("BREW", "/", "GET, HEAD")])
+    ("PUT", "/v1/renders", "GET, HEAD, POST, OPTIONS"),
+    ("POST", "/v1/renders/done", "GET, HEAD, PATCH, DELETE, OPTIONS"),
+    ("DELETE", "/v1/renders/done/image.png", "GET, HEAD, OPTIONS"),
+    ("GET", "/v1/workers/7/drain", "POST, OPTIONS"), ("BREW", "/", "GET, HEAD, OPTIONS")])
 def test_wrong_methods(server, method, path, allow):
     answer = server.ask(method, path)
     problem(answer, 405)
     assert answer.headers["Allow"] == allow
+
+
+@pytest.mark.parametrize("path, allow", [
+    ("/livez", "GET, HEAD, OPTIONS"), ("/v1/renders", "GET, HEAD, POST, OPTIONS"),
+    ("/v1/scenes/sha256/" + "0" * 64, "GET, HEAD, PUT, OPTIONS")])
+def test_options_tell_what_may_be_done(server, path, allow):
+    answer = server.ask("OPTIONS", path)
+    assert (answer.status, answer.body, answer.headers["Allow"]) == (204, b"", allow)
+
+
+@pytest.mark.parametrize("path", [
+    "/", "/livez", "/readyz", "/metrics", "/openapi.json", "/scene.schema.json", "/v1/farm",
+    "/v1/workers", "/v1/renders", "/v1/renders/done", "/v1/renders/done/image",
+    "/v1/renders/done/image.png", "/v1/renders/done/frames/1.exr", "/v1/renders/done/iiif",
+    "/v1/renders/done/iiif/info.json", "/v1/renders/done/iiif/full/max/0/default.jpg"])
+def test_head_is_get_without_its_body(server, path):
+    """Breaks if something that can be fetched cannot be asked for, or tells other fields then."""
+    head, get = server.ask("HEAD", path), server.get(path)
+    assert head.status == get.status and head.body == b""
+    for field in ["Content-Type", "ETag", "Cache-Control", "Vary", "Location"]:
+        assert head.headers[field] == get.headers[field]
+
+
+def test_workers_are_drained_and_reset(server):
+    assert server.ask("POST", "/v1/workers/7/drain").status == 200
+    problem(server.ask("POST", "/v1/workers/7/reset"), 409)
+    for worker in ["8", "0", "x", "9" * 30]:
+        for verb in ["drain", "reset"]:
+            problem(server.ask("POST", f"/v1/workers/{worker}/{verb}"), 404)
 
 
 @pytest.mark.parametrize("host, status", [
@@ -541,7 +570,7 @@ def test_a_request_without_host(server):
         server.raw(b"GET /livez HTTP/1.0\r\n\r\n").startswith(b"HTTP/1.1 400")
 
 
-@pytest.mark.parametrize("path", ["/", "/livez", "/v1/renders/done", "/v1/renders/done/image.png",
+@pytest.mark.parametrize("path", ["/livez", "/v1/renders/done", "/v1/renders/done/image.png",
                                   "/nothing"])
 def test_security_fields_are_on_every_answer(server, path):
     headers = server.get(path).headers

@@ -101,7 +101,7 @@ RENDER = json.loads("""{"id": "a", "name": null, "state": "done", "progress": 1,
     "frames": {"first": 1, "last": 1, "total": 1, "done": 1, "running": []}, "eta_seconds": null,
     "created": "2026-01-31T12:00:00.123Z", "started": null, "finished": null, "seconds": 0,
     "class": null, "content": null, "restarts": 0, "warnings": [], "error": null, "errors": [],
-    "links": {"self": "/", "image": "/", "frames": "/", "events": "/",
+    "links": {"self": "/", "image": "/", "frames": "/", "events": "/", "iiif": "/",
               "images": {"png": "/", "jpg": "/", "exr": "/", "hdr": "/"}}}""")
 FIELDS = {"Content-Type": "application/json", "ETag": 'W/"1"', "Cache-Control": "no-cache"}
 FAULTS = {

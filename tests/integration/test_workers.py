@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Processes that die, join and are told to stop, in the middle of a render."""
+import json
 import os
 import pathlib
 import signal
@@ -219,3 +220,16 @@ def test_a_spare_scene_process_waits(service):
     others = farm.wait_for(lambda: set(service.pools()[0].scenes()) - {spare}, 5, "a new spare")
     assert all(farm.children(pid) == [] for pid in others)
     service.patch(render, {"state": "cancelled"})
+
+
+def test_a_drained_worker_gets_work_again_after_a_reset():
+    """Broken by a drain that only shows, or one that nothing but a restart ends."""
+    with farm.Farm(1) as service:
+        found, = farm.wait_for(lambda: service.get("/v1/workers")["workers"], 20, "a worker")
+        path = f"/v1/workers/{found['id']}"
+        assert json.loads(service.request("POST", f"{path}/drain").body)["state"] == "draining"
+        render = service.submit(long_render(4))
+        farm.wait_for(lambda: "leaving" in service.get("/v1/farm")["why_waiting"], 5, "a reason")
+        assert service.resource(render)["state"] == "queued"
+        assert json.loads(service.request("POST", f"{path}/reset").body)["state"] == "ready"
+        service.wait(render)

@@ -339,6 +339,19 @@ const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t aft
 	return after < worker.id ? &worker : NULL;
 }
 
+int pen_farm_drain(struct pen_farm *farm, uint64_t id, struct pen_error *err)
+{
+	(void)farm;
+	return id == 7 ? 0 : pen_error_set(err, PEN_ENOTFOUND, "there is no such worker");
+}
+
+int pen_farm_reset(struct pen_farm *farm, uint64_t id, struct pen_error *err)
+{
+	(void)farm;
+	return id == 7 ? pen_error_set(err, PEN_ECONFLICT, "the worker is leaving")
+		       : pen_error_set(err, PEN_ENOTFOUND, "there is no such worker");
+}
+
 struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm)
 {
 	(void)farm;
