@@ -43,8 +43,13 @@ test_packages=(
     shellcheck                  # scripts
     spin                        # searches the model of leases and commits
     mandoc                      # manual pages
+    chromium                    # the web page, used in a real browser
+    nodejs                      # drives it; playwright-core comes by npm ci in tests/web
     debootstrap lintian systemd # packages, checked and installed; units, checked
 )
+
+# A nodejs from elsewhere brings its own npm, and Debian's does not install beside it.
+command -v npm >/dev/null || test_packages+=(npm)
 
 bench_packages=(
     blender                     # Cycles, the path tracer to compare with

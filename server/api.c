@@ -28,6 +28,7 @@ static const struct route {
 	{"/v1/renders/{id}", PEN_GET, pen_api_render_get},
 	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch},
 	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete},
+	{"/v1/renders/{id}/scene", PEN_GET, pen_api_render_scene},
 	{"/v1/renders/{id}/events", PEN_GET, pen_api_events},
 	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get},
 	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},

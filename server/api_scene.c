@@ -2,6 +2,7 @@
 #include "server/api_scene.h"
 
 #include "server/fields.h"
+#include "server/scene_file.h"
 #include "server/shelf.h"
 
 #include <stdlib.h>
@@ -113,5 +114,32 @@ void pen_api_scene_get(struct pen_exchange *exchange, const struct pen_api_param
 	/* The name is the content's; but it may be swept, and HEAD is how to find out. */
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
 	pen_answer_field(&answer, "ETag", "\"%s\"", parameters->hash);
+	pen_exchange_answer(exchange, &answer);
+}
+
+void pen_api_render_scene(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
+{
+	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_error err = PEN_ERROR_INIT;
+	char hash[PEN_SHA256_TEXT];
+	struct pen_answer answer;
+	uint64_t size;
+	int fd;
+
+	if (!job)
+		return;
+	if (pen_scene_file_open(exchange->api->scenes_dir, &job->scene_sha256, &fd, &size, &err) <
+		0) {
+		pen_exchange_problem(exchange, 404, "the scene of this render is not kept");
+		return;
+	}
+	pen_sha256_format(&job->scene_sha256, hash);
+	pen_answer_init(&answer, 200);
+	answer.content_type = "application/json";
+	answer.fd = fd;
+	answer.size = size;
+	pen_answer_field(&answer, "Cache-Control", "no-cache");
+	pen_answer_field(&answer, "ETag", "\"%s\"", hash);
 	pen_exchange_answer(exchange, &answer);
 }

@@ -8,4 +8,8 @@
 void pen_api_scene_put(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 void pen_api_scene_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 
+/* GET /v1/renders/{id}/scene. */
+void pen_api_render_scene(
+	struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
+
 #endif

@@ -527,6 +527,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 		.encoders = options->encoders,
 		.shelf = options->shelf,
 		.assets_dir = options->assets_dir,
+		.scenes_dir = options->scenes_dir,
 		.boot = (uint64_t)pen_clock_wall_ms(),
 	};
 	http->drains.loop = loop;

@@ -26,6 +26,7 @@ struct pen_http_options {
 	struct pen_encoders *encoders;
 	struct pen_shelf *shelf;
 	const char *assets_dir; /* see server/asset_file.h; borrowed */
+	const char *scenes_dir; /* see server/scene_file.h; borrowed */
 };
 
 int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,

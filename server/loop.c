@@ -164,6 +164,7 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		.jobs = server->jobs,
 		.farm = server->farm,
 		.assets_dir = server->data.assets,
+		.scenes_dir = server->data.scenes,
 	};
 	char encoder[PATH_MAX];
 	int r = inherited_socket(&options.socket, err);

@@ -109,6 +109,7 @@ run_all() {
     ctest_suite unit-asan 120 asan 'unit|integration'
     ctest_suite stat 60 release stat
     pytest_suite integration 420 tests/integration
+    pytest_suite web 90 tests/web
     pytest_suite stat-images 180 tests/stat
     pytest_suite gltf 120 tests/gltf
     PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite pictures-asan 180 \

@@ -3,7 +3,8 @@
 
 import {byId, isTyping, setHidden} from "./base/dom.js";
 import {notify} from "./base/announce.js";
-import {nameOf} from "./base/format.js";
+import {isOver, nameOf} from "./base/format.js";
+import {CameraMode} from "./camera/mode.js";
 import {FarmView} from "./farm/view.js";
 import {showStatus} from "./farm/status.js";
 import {Details} from "./panel/details.js";
@@ -21,19 +22,18 @@ const store = new RenderStore();
 const watch = new FarmWatch();
 const list = new RenderList(store);
 const viewer = new Viewer();
+const camera = new CameraMode(viewer);
 const details = new Details();
 const look = new LookPanel(store);
 const farmView = new FarmView(watch);
 const input = new Input();
-const dialog = new SubmitDialog((render) => {
-    store.put(render);
-    location.hash = `#/renders/${render.id}`;
-});
+const dialog = new SubmitDialog(opened);
 
 input.tool = inspectTool(viewer.zoom);
 
 async function openRender(id) {
     let render;
+    camera.leave();
     try {
         render = await getRender(id);
     } catch (refusal) {
@@ -50,6 +50,28 @@ async function openRender(id) {
     document.title = `${nameOf(render)} – Penumbra`;
 }
 
+/** A render that was just accepted. */
+function opened(render) {
+    if (isOver(render))
+        notify("This has been rendered before: here it is.");
+    store.put(render);
+    location.hash = `#/renders/${render.id}`;
+}
+
+function setMode(isCamera) {
+    byId("mode-camera").setAttribute("aria-pressed", String(isCamera));
+    byId("mode-inspect").setAttribute("aria-pressed", String(!isCamera));
+    input.tool = isCamera ? camera.tool : inspectTool(viewer.zoom);
+    look.lockLayer(isCamera);
+}
+
+function inspect() {
+    if (camera.session) {
+        camera.leave();
+        viewer.resume();
+    }
+}
+
 function route() {
     const [, place, id] = location.hash.split("/");
     const isRender = place === "renders" && id;
@@ -62,6 +84,7 @@ function route() {
     if (isRender) {
         void openRender(id);
     } else {
+        camera.leave();
         viewer.close();
         setHidden(byId("panel"), true);
     }
@@ -100,11 +123,19 @@ viewer.addEventListener("refused", ({detail}) => {
     if (viewer.look.layer)
         look.showColor();
 });
-look.addEventListener("look", ({detail}) => viewer.setLook(detail));
+look.addEventListener("look", ({detail}) => {
+    viewer.setLook(detail);
+    if (camera.session) {
+        camera.session.exposure = detail.exposure;
+        camera.refresh();
+    }
+});
 look.addEventListener("compare", ({detail}) => act(() => viewer.compare(detail)));
 watch.addEventListener("back", () => {
     void store.refresh();
-    if (location.hash.startsWith("#/renders/"))
+    if (camera.session)
+        camera.refresh();
+    else if (location.hash.startsWith("#/renders/"))
         route();
 });
 byId("pause").addEventListener("click", () => change("paused"));
@@ -112,13 +143,25 @@ byId("resume").addEventListener("click", () => change("running"));
 byId("cancel").addEventListener("click", () => change("cancelled"));
 byId("delete").addEventListener("click", () => byId("delete-dialog").showModal());
 byId("delete-dialog").addEventListener("close", (event) => event.target.returnValue === "delete" && remove());
+byId("skip").addEventListener("click", (event) => {
+    event.preventDefault();
+    byId("viewport").focus();
+});
 byId("zoom-fit").addEventListener("click", () => viewer.zoom.fit());
 byId("zoom-actual").addEventListener("click", () => viewer.zoom.actual());
 viewer.zoom.addEventListener("change", () => { byId("zoom-value").textContent = `${Math.round(viewer.zoom.scale * devicePixelRatio * 100)} %`; });
+camera.addEventListener("enter", () => setMode(true));
+camera.addEventListener("leave", () => setMode(false));
+camera.addEventListener("render", ({detail}) => opened(detail));
+byId("mode-camera").addEventListener("click", () => camera.session || act(() => camera.enter(viewer.render)));
+byId("mode-inspect").addEventListener("click", () => inspect());
 document.addEventListener("visibilitychange", () => document.hidden || store.refresh());
 addEventListener("keydown", (event) => {
-    if (event.key === "n" && !isTyping(event.target) && !event.ctrlKey && !event.metaKey)
-        byId("file").click();
+    if (isTyping(event.target) || event.ctrlKey || event.metaKey || event.altKey)
+        return;
+    const button = {n: "choose", c: "mode-camera", v: "mode-inspect"}[event.key];
+    if (button && !byId(button).closest("[hidden]"))
+        byId(button).click();
 });
 addEventListener("hashchange", route);
 

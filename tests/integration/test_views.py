@@ -105,6 +105,22 @@ def test_a_view_is_the_scene_with_its_override(service):
     assert service.render(edge)
 
 
+def test_a_render_tells_its_scene(service):
+    """Breaks if the text is another than the one that was rendered: it is a scene, with what was
+    overridden, and renders to the same image."""
+    render = service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 1, 6]}}})
+    service.wait(render)
+    answer = service.request("GET", f"/v1/renders/{render}/scene")
+    told = json.loads(answer.body)
+    assert answer.headers["ETag"].strip('"') == hashlib.sha256(answer.body).hexdigest()
+    assert told["camera"]["position"] == [0, 1, 6] and told["camera"]["horizontal_fov"] > 0
+    assert service.render(told) == service.image(render)
+    preview = service.submit({"scene": {**SCENE, "background": {"color": [1, 0, 0]}}, "options": {"preview": True}})
+    service.wait(preview)
+    problem(service.request("GET", f"/v1/renders/{preview}/scene"), 404)
+    problem(service.request("GET", f"/v1/renders/{'a' * 26}/scene"), 404)
+
+
 def test_kept_scenes_are_there_after_a_restart(tmp_path):
     with farm.Farm(1, data=tmp_path / "data") as service:
         name = keep(service.request, SCENE)

@@ -47,7 +47,7 @@ static int start(struct server *server, uv_loop_t *loop, char **argv, struct pen
 {
 	static const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM};
 	struct pen_http_options options = {
-		.socket = -1, .assets_dir = argv[2], .jobs = server->jobs};
+		.socket = -1, .assets_dir = argv[2], .scenes_dir = argv[2], .jobs = server->jobs};
 	struct sockaddr_in *address = (struct sockaddr_in *)&options.address;
 	int r = pen_encoders_create(loop, argv[1], argv[2], &server->encoders, err);
 

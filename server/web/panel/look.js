@@ -40,6 +40,14 @@ export class LookPanel extends EventTarget {
         this.#change();
     }
 
+    /** While the camera moves there is only colour, and nothing to compare with. */
+    lockLayer(locked) {
+        if (locked)
+            this.#layer.value = this.#other.value = "";
+        this.#layer.disabled = this.#other.disabled = locked;
+        this.#show();
+    }
+
     #change() {
         this.#show();
         const stops = Number(this.#exposure.value);

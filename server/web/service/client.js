@@ -64,6 +64,12 @@ export function submitGlb(file, settings) {
         {body: file, headers: {"Content-Type": "model/gltf-binary"}});
 }
 
+/** The scene of a render as text, and its hash. */
+export async function getRenderScene(id) {
+    const answer = await ask("GET", `${renderPath(id)}/scene`);
+    return {text: await answer.text(), hash: answer.headers.get("ETag").replaceAll('"', "")};
+}
+
 export function putScene(hash, text) {
     return ask("PUT", `/v1/scenes/sha256/${hash}`, {body: text, headers: {"Content-Type": "application/json"}});
 }

@@ -17,7 +17,7 @@ function table() {
 /** The bitmap of a grey layer in heat colours. */
 export async function heat(bitmap) {
     const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-    const context = canvas.getContext("2d");
+    const context = canvas.getContext("2d", {willReadFrequently: true});
     const colors = table();
     context.drawImage(bitmap, 0, 0);
     const image = context.getImageData(0, 0, bitmap.width, bitmap.height);

@@ -7,7 +7,7 @@ const PACE = 2; // fetching takes at most a third of the time: encoding takes fr
 
 /**
  * Brings a render onto the stage while it is being rendered: the tiles that the events tell are cut
- * out of image.jpg. "progress" and "done" come with what the events say in detail.
+ * out of image.jpg, and glow unless it is calm. "progress" and "done" come with what the events say in detail.
  */
 export class Live extends EventTarget {
     #id;
@@ -16,13 +16,15 @@ export class Live extends EventTarget {
     #tiles = [];
     #fetches = new Latest(() => this.#fetch(), PACE);
     #stop;
-    #closed = false;
+    #ending = new AbortController();
+    #calm;
 
-    constructor(id, stage, query = {}) {
+    constructor(id, stage, query = {}, calm = false) {
         super();
         this.#id = id;
         this.#stage = stage;
         this.#query = query;
+        this.#calm = calm;
         this.#stop = follow(`${renderPath(id)}/events`, {
             onTiles: ({tiles}) => this.#take(tiles),
             onProgress: (progress) => this.#tell("progress", progress),
@@ -30,8 +32,13 @@ export class Live extends EventTarget {
         });
     }
 
+    /** Aborted when it is closed. */
+    get signal() {
+        return this.#ending.signal;
+    }
+
     close() {
-        this.#closed = true;
+        this.#ending.abort(); // what is fetched may be removed next
         this.#stop();
     }
 
@@ -43,13 +50,14 @@ export class Live extends EventTarget {
     async #fetch() {
         const tiles = this.#tiles;
         this.#tiles = [];
-        if (this.#closed)
+        if (this.signal.aborted)
             return;
         try {
-            const {bitmap} = await getBitmap(imagePath(this.#id, "jpg", this.#query));
-            if (!this.#closed) {
+            const {bitmap} = await getBitmap(imagePath(this.#id, "jpg", this.#query), this.signal);
+            if (!this.signal.aborted) {
                 this.#stage.drawTiles(bitmap, tiles);
-                this.#stage.glow(tiles);
+                if (!this.#calm)
+                    this.#stage.glow(tiles);
                 this.#tell("drawn", null);
             }
         } catch {
@@ -59,7 +67,7 @@ export class Live extends EventTarget {
 
     #finish(render) {
         this.#fetches.clear();
-        if (!this.#closed)
+        if (!this.signal.aborted)
             this.#tell("done", render);
     }
 

@@ -20,11 +20,13 @@ export class Viewer extends EventTarget {
     look = {exposure: undefined, layer: ""};
     #compare = new Compare(byId("sheet"));
     #live = null;
+    #resting = false;
     #loads = new Latest(() => this.#load());
 
     /** Shows a render from its beginning. */
     open(render) {
         this.close();
+        this.#resting = false;
         this.render = render;
         this.stage.clear(render.width, render.height);
         this.zoom.setSize(render.width, render.height);
@@ -63,8 +65,14 @@ export class Viewer extends EventTarget {
         this.#compare.show(bitmap, nameOf(other));
     }
 
+    /** Whether the render's picture is what is shown. */
+    get isResting() {
+        return this.#resting;
+    }
+
     /** Stops to follow the render, whose picture stays: somebody else draws. */
     rest() {
+        this.#resting = true;
         this.#live?.close();
         this.#live = null;
         this.#compare.hide();
@@ -111,12 +119,12 @@ export class Viewer extends EventTarget {
     /** The image as it is now, as a whole. */
     async #load() {
         const render = this.render;
-        if (!render)
+        if (!render || this.#resting)
             return;
         try {
             const {bitmap} = await getBitmap(imagePath(render.id, this.look.layer === "samples" ? "png" : "jpg", this.#query()));
             const shown = this.look.layer === "samples" ? await heat(bitmap) : bitmap;
-            if (this.render?.id === render.id) {
+            if (this.render?.id === render.id && !this.#resting) {
                 this.stage.draw(shown);
                 this.say("");
                 this.dispatchEvent(new Event("shown"));

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// A GLB that is dropped, a scene that is pasted.
+import {check, waitState} from "../page.mjs";
+
+export default async function ({page, url, args}) {
+    const posts = [];
+    page.on("request", (request) => request.method() === "POST" && posts.push(request));
+    await page.goto(url);
+    await page.evaluate((base64) => {
+        const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([bytes], "model.glb"));
+        dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
+    }, args.glb);
+    await page.waitForSelector("#submit-dialog[open]");
+    await page.fill("[name=width]", "64");
+    await page.fill("[name=height]", "48");
+    await page.fill("[name=samples]", "4");
+    await page.click("#submit-go");
+    await waitState(page, "Done");
+    check(await posts[0].headerValue("content-type") === "model/gltf-binary", "a GLB is posted as what it is");
+    check(/width=64&height=48&samples=4/.test(posts[0].url()), posts[0].url());
+
+    await page.evaluate((text) => {
+        const clipboardData = new DataTransfer();
+        clipboardData.setData("text/plain", text);
+        document.body.dispatchEvent(new ClipboardEvent("paste", {clipboardData, bubbles: true}));
+    }, args.scene);
+    await page.waitForSelector("#submit-dialog[open]");
+    await page.click("#submit-go");
+    await page.waitForFunction(() => document.getElementById("render-name").textContent === "pasted scene");
+    await waitState(page, "Done");
+}
