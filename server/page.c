@@ -5,12 +5,12 @@
 
 #include <string.h>
 
-/* The build writes PAGE(number, name) for each file into page_files.inc. */
-#define PAGE(number, name) PEN_EMBED("page_" #number, "server/web/" name);
+/* The build writes PAGE(number, name, path in the tree) for each file into page_files.inc. */
+#define PAGE(number, name, path) PEN_EMBED("page_" #number, path);
 #include "server/page_files.inc"
 #undef PAGE
 
-#define PAGE(number, name)                                                                         \
+#define PAGE(number, name, path)                                                                   \
 	extern const char page_##number[];                                                         \
 	extern const uint64_t page_##number##_size;
 #include "server/page_files.inc"
@@ -20,7 +20,7 @@ static const struct file {
 	const char *name, *bytes;
 	const uint64_t *size;
 } files[] = {
-#define PAGE(number, name) {name, page_##number, &page_##number##_size},
+#define PAGE(number, name, path) {name, page_##number, &page_##number##_size},
 #include "server/page_files.inc"
 #undef PAGE
 };
@@ -34,6 +34,7 @@ static const char *media_type_of(const char *name)
 		{".js", "text/javascript; charset=utf-8"},
 		{".css", "text/css; charset=utf-8"},
 		{".svg", "image/svg+xml"},
+		{".json", "application/json"},
 	};
 	const char *ending = strrchr(name, '.');
 	size_t i = 0;

@@ -5,7 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* A file of the web page, server/web in the source tree; the build puts them into the program. */
+/*
+ * A file of the web page, server/web in the source tree, and the demo scene as demo.json; the build
+ * puts them into the program.
+ */
 struct pen_page {
 	const char *media_type;
 	const char *bytes;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Puts the parts together: what is looked at stands in the address after "#".
 
-import {byId, isTyping, setHidden} from "./base/dom.js";
+import {byId, icon, isTyping, setHidden} from "./base/dom.js";
+import {ICONS} from "./base/icons.js";
 import {notify} from "./base/announce.js";
 import {isOver, nameOf} from "./base/format.js";
 import {CameraMode} from "./camera/mode.js";
@@ -14,6 +15,7 @@ import {RenderStore} from "./renders/store.js";
 import {changeRender, getRender, removeRender} from "./service/client.js";
 import {FarmWatch} from "./service/farm.js";
 import {SubmitDialog} from "./upload/dialog.js";
+import {demoScene} from "./upload/demo.js";
 import {takeFiles} from "./upload/drop.js";
 import {Input, inspectTool} from "./viewer/input.js";
 import {Viewer} from "./viewer/viewer.js";
@@ -165,6 +167,9 @@ addEventListener("keydown", (event) => {
 });
 addEventListener("hashchange", route);
 
+for (const node of document.querySelectorAll("[data-icon]"))
+    node.prepend(icon(ICONS[node.dataset.icon]));
+byId("demo").addEventListener("click", () => act(async () => dialog.open(await demoScene())));
 takeFiles((found) => dialog.open(found));
 showStatus(watch);
 watch.start();

@@ -27,6 +27,9 @@ def test_every_file_is_served(server):
         answer = server.get(f"/web/{path.relative_to(WEB)}")
         assert answer.status == 200 and answer.body == path.read_bytes(), path
         assert answer.headers["Content-Type"] == TYPES[path.suffix]
+    demo = server.get("/web/demo.json")
+    assert demo.body == (contract.TREE / "deploy/demo/spiral.json").read_bytes()
+    assert demo.headers["Content-Type"] == "application/json"
     assert server.get("/").body == (WEB / "index.html").read_bytes()
 
 

@@ -33,17 +33,16 @@ export function formatDuration(seconds) {
     return `${Math.floor(whole / 3600)} h ${String(Math.floor(whole / 60) % 60).padStart(2, "0")} min`;
 }
 
-/** How long ago an instant of the service was, as people say it. */
+/** How long ago an instant of the service was, in a word. */
 export function formatAge(instant, now = Date.now()) {
     const seconds = Math.max(0, (now - Date.parse(instant)) / 1000);
-    const relative = new Intl.RelativeTimeFormat("en", {numeric: "auto"});
-    if (seconds < 45)
-        return "just now";
+    if (seconds < 60)
+        return "now";
     if (seconds < 3600)
-        return relative.format(-Math.max(1, Math.round(seconds / 60)), "minute");
+        return `${Math.floor(seconds / 60)} min`;
     if (seconds < 86400)
-        return relative.format(-Math.round(seconds / 3600), "hour");
-    return relative.format(-Math.round(seconds / 86400), "day");
+        return `${Math.floor(seconds / 3600)} h`;
+    return `${Math.floor(seconds / 86400)} d`;
 }
 
 /** At most digits significant ones, without trailing zeros. */

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 import {element, setHidden, setText} from "../base/dom.js";
 import {formatAge, formatCount, formatPercent, isOver, nameOf, stateOf} from "../base/format.js";
-import {imagePath} from "../service/client.js";
+import {thumbnailPath} from "../service/client.js";
 
 /** The address of a small picture of the render, or null while there is none. */
 function thumbnailOf(render) {
     if (render.samples_done === 0)
         return null;
     const step = isOver(render) ? "end" : Math.floor(render.progress * 4);
-    return `${imagePath(render.id, "jpg")}?at=${step}`;
+    return `${thumbnailPath(render, 192)}?at=${step}`;
 }
 
 /** A line of the list of renders: a link with a picture, a name, and how far it is. */

@@ -40,6 +40,11 @@ export function imagePath(id, extension, query = {}) {
     return `${renderPath(id)}/image.${extension}${text && "?" + text}`;
 }
 
+/** The path of a small picture of a render, of at most so many pixels across. */
+export function thumbnailPath(render, width) {
+    return `${renderPath(render.id)}/iiif/full/${Math.min(width, render.width)},/0/default.jpg`;
+}
+
 export const getFarm = () => askJson("GET", "/v1/farm");
 export const getWorkers = async () => (await askJson("GET", "/v1/workers")).workers;
 export const getRender = (id) => askJson("GET", renderPath(id));

@@ -3,7 +3,7 @@
 const SCALE_MAX = 64;
 const WHEEL_STEP = 0.0015;
 const KEY_PAN = 60;
-const MARGIN = 16;
+const MARGIN = 64;
 
 /**
  * Where the sheet (the image in its own pixels) lies in the viewport: moved and scaled by pointer,
