@@ -112,35 +112,54 @@ static void set_tint(struct response *ret, const struct pen_points *points)
  * What principled makes of it, in colour. distribution follows no diffuse lobe: what the others
  * give is weighed against them here, and the diffuse part is not weighed at all.
  */
+PEN_LANE void respond_principled_one(enum pen_integrator_type type, const struct pen_rays *rays,
+	const struct pen_points *points, const struct incoming *in, int i, struct response *ret)
+{
+	const bool is_path = type == PEN_INTEGRATOR_PATH;
+	const float others = in->is_for_diffuse || type == PEN_INTEGRATOR_WHITTED ? 0.0f : 1.0f;
+	const struct pen_principled p = pen_detail_principled(points, i);
+	const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
+	const struct pen_principled_chances chances =
+		pen_principled_chances(&p, n, wo, pen_diffuse_chance_max(type));
+	const struct pen_principled_value value =
+		pen_principled_eval(&p, n, wo, pen_vec3(in->x[i], in->y[i], in->z[i]));
+	const float pdf = pen_principled_pdf(&value, &chances, is_path);
+	const float share = pen_power_heuristic(in->pdf[i], pdf * in->competes[i]);
+	const struct pen_vec3 sum =
+		pen_madd(value.diffuse, is_path ? others : others * share, value.others);
+	const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
+	const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
+
+	ret->value[i] = pen_pick(wanted, brightest, ret->value[i]);
+	ret->pdf[i] = pen_pick(wanted, is_path ? pdf * others : 0.0f, ret->pdf[i]);
+	ret->tint_red[i] = pen_pick(wanted, sum.x / brightest, ret->tint_red[i]);
+	ret->tint_green[i] = pen_pick(wanted, sum.y / brightest, ret->tint_green[i]);
+	ret->tint_blue[i] = pen_pick(wanted, sum.z / brightest, ret->tint_blue[i]);
+}
+
+/* type is a constant where this is called, so that the loops vectorise. */
+PEN_LANE void respond_principled_as(enum pen_integrator_type type, const struct pen_rays *rays,
+	const struct pen_points *points, const struct incoming *in, struct response *ret)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++)
+		respond_principled_one(type, rays, points, in, i, ret);
+}
+
 static void respond_principled(const struct pen_pass *pass, const struct pen_rays *rays,
 	const struct pen_points *points, const struct incoming *in, struct response *ret)
 {
-	const enum pen_integrator_type type = pass->scene->desc->integrator.type;
-	const bool is_path = type == PEN_INTEGRATOR_PATH;
-	const float diffuse_max = pen_diffuse_chance_max(type);
-	const float others = in->is_for_diffuse || type == PEN_INTEGRATOR_WHITTED ? 0.0f : 1.0f;
-
 	set_tint(ret, points);
-#pragma omp simd
-	for (int i = 0; i < PEN_LANES; i++) {
-		const struct pen_principled p = pen_detail_principled(points, i);
-		const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
-		const struct pen_principled_chances chances =
-			pen_principled_chances(&p, n, wo, diffuse_max);
-		const struct pen_principled_value value =
-			pen_principled_eval(&p, n, wo, pen_vec3(in->x[i], in->y[i], in->z[i]));
-		const float pdf = pen_principled_pdf(&value, &chances, is_path);
-		const float share = pen_power_heuristic(in->pdf[i], pdf * in->competes[i]);
-		const struct pen_vec3 sum =
-			pen_madd(value.diffuse, is_path ? others : others * share, value.others);
-		const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
-		const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
-
-		ret->value[i] = wanted ? brightest : ret->value[i];
-		ret->pdf[i] = wanted ? (is_path ? pdf * others : 0.0f) : ret->pdf[i];
-		ret->tint_red[i] = wanted ? sum.x / brightest : ret->tint_red[i];
-		ret->tint_green[i] = wanted ? sum.y / brightest : ret->tint_green[i];
-		ret->tint_blue[i] = wanted ? sum.z / brightest : ret->tint_blue[i];
+	switch (pass->scene->desc->integrator.type) {
+	case PEN_INTEGRATOR_PATH:
+		respond_principled_as(PEN_INTEGRATOR_PATH, rays, points, in, ret);
+		break;
+	case PEN_INTEGRATOR_DISTRIBUTION:
+		respond_principled_as(PEN_INTEGRATOR_DISTRIBUTION, rays, points, in, ret);
+		break;
+	case PEN_INTEGRATOR_WHITTED:
+		respond_principled_as(PEN_INTEGRATOR_WHITTED, rays, points, in, ret);
+		break;
 	}
 }
 

@@ -325,6 +325,16 @@ struct batch {
 	struct pen_light_samples out;
 };
 
+PEN_LANE void store(const struct batch *batch, uint32_t lane, struct pen_light_sample sample)
+{
+	batch->out.direction_x[lane] = sample.direction.x;
+	batch->out.direction_y[lane] = sample.direction.y;
+	batch->out.direction_z[lane] = sample.direction.z;
+	batch->out.distance[lane] = sample.distance;
+	batch->out.strength[lane] = sample.strength;
+	batch->out.pdf[lane] = sample.pdf;
+}
+
 typedef struct pen_light_sample (*sample_function)(
 	const struct pen_light *light, struct pen_vec3 p, float u, float v);
 
@@ -339,12 +349,7 @@ PEN_LANE void sample_all(
 		const struct pen_vec3 p = {batch.p.x[i], batch.p.y[i], batch.p.z[i]};
 		const struct pen_light_sample sample = function(&copy, p, batch.u[i], batch.v[i]);
 
-		batch.out.direction_x[i] = sample.direction.x;
-		batch.out.direction_y[i] = sample.direction.y;
-		batch.out.direction_z[i] = sample.direction.z;
-		batch.out.distance[i] = sample.distance;
-		batch.out.strength[i] = sample.strength;
-		batch.out.pdf[i] = sample.pdf;
+		store(&batch, i, sample);
 	}
 }
 
@@ -365,26 +370,32 @@ void pen_light_sample(const struct pen_light *light, uint32_t n,
 	}
 }
 
-void pen_light_sample_triangles(uint32_t n, const struct pen_light_triangles *t,
-	const struct pen_light_points *points, const float *u, const float *v,
-	const struct pen_light_samples *ret)
+/* A local of the loop itself whose address is taken would keep it from vectorising. */
+PEN_LANE struct pen_light_sample sample_one_triangle(
+	const struct pen_light_triangles *t, uint32_t lane, struct pen_vec3 p, float u, float v)
 {
+	struct pen_light light;
+
+	set_triangle(&light, pen_vec3(t->corner_x[lane], t->corner_y[lane], t->corner_z[lane]),
+		pen_vec3(t->edge_ux[lane], t->edge_uy[lane], t->edge_uz[lane]),
+		pen_vec3(t->edge_vx[lane], t->edge_vy[lane], t->edge_vz[lane]));
+	return sample_triangle(&light, p, u, v);
+}
+
+void pen_light_sample_triangles(uint32_t n, const struct pen_light_triangles *triangles,
+	const struct pen_light_points *points, const float *u, const float *v,
+	const struct pen_light_samples *ret_samples)
+{
+	const struct batch batch = {*points, u, v, *ret_samples};
+	const struct pen_light_triangles t = *triangles;
+
 #pragma omp simd
 	for (uint32_t i = 0; i < n; i++) {
-		const struct pen_vec3 p = {points->x[i], points->y[i], points->z[i]};
-		struct pen_light light;
-		struct pen_light_sample sample;
+		const struct pen_vec3 p = {batch.p.x[i], batch.p.y[i], batch.p.z[i]};
+		const struct pen_light_sample sample =
+			sample_one_triangle(&t, i, p, batch.u[i], batch.v[i]);
 
-		set_triangle(&light, pen_vec3(t->corner_x[i], t->corner_y[i], t->corner_z[i]),
-			pen_vec3(t->edge_ux[i], t->edge_uy[i], t->edge_uz[i]),
-			pen_vec3(t->edge_vx[i], t->edge_vy[i], t->edge_vz[i]));
-		sample = sample_triangle(&light, p, u[i], v[i]);
-		ret->direction_x[i] = sample.direction.x;
-		ret->direction_y[i] = sample.direction.y;
-		ret->direction_z[i] = sample.direction.z;
-		ret->distance[i] = sample.distance;
-		ret->strength[i] = sample.strength;
-		ret->pdf[i] = sample.pdf;
+		store(&batch, i, sample);
 	}
 }
 

@@ -3,6 +3,8 @@
 
 #include "core/scene/desc.h"
 
+#include <string.h>
+
 /* From this level on v chooses. */
 enum { LEVEL_OF_V = 4, WIDTH = PEN_LIGHT_NODE_WIDTH };
 
@@ -49,62 +51,108 @@ static float weigh(const struct pen_light_node *node, struct pen_vec3 p, struct 
 	return sum;
 }
 
-/* Which of the weights holds a share of their sum; what is left of it within that one. */
-static int find(const float weights[WIDTH], float sum, float u, float *ret_rest)
-{
-	float left = u * sum;
-	int last = 0;
+/* Sixteen points on their way down, all by a level at a time. */
+struct descent {
+	_Alignas(64) float weights[WIDTH][PEN_LANES];
+	_Alignas(64) float sum[PEN_LANES];
+	_Alignas(64) float u[PEN_LANES];     /* what is left of it */
+	_Alignas(64) float found[PEN_LANES]; /* the weight of the child that u falls to */
+	_Alignas(64) int32_t child[PEN_LANES];
+	uint32_t node[PEN_LANES];
+	bool is_going[PEN_LANES];
+};
 
-	for (int k = 0; k < WIDTH; k++) {
-		if (weights[k] == 0.0f)
-			continue;
-		last = k;
-		if (left < weights[k])
-			break;
-		left -= weights[k];
+/* Lanes that are there already have weights of 1, which divide without harm. */
+static void weigh_all(const struct pen_light_tree *tree,
+	const struct pen_light_receivers *receivers, struct descent *d)
+{
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_vec3 p = {receivers->x[i], receivers->y[i], receivers->z[i]};
+		const struct pen_vec3 n = {
+			receivers->normal_x[i], receivers->normal_y[i], receivers->normal_z[i]};
+		_Alignas(32) float weights[WIDTH] = {1.0f};
+
+		d->sum[i] = 1.0f;
+		if (d->is_going[i])
+			d->sum[i] = weigh(&tree->nodes[d->node[i]], p, n, weights);
+		for (int k = 0; k < WIDTH; k++)
+			d->weights[k][i] = weights[k];
 	}
-	*ret_rest = pen_clamp(left / weights[last], 0.0f, 0x1.fffffep-1f);
-	return last;
 }
 
-static uint32_t choose(const struct pen_light_tree *tree, struct pen_vec3 p, struct pen_vec3 n,
-	float u, float v, float *ret_chance)
+/* Which of the weights holds a share of their sum; what is left of it within that one. */
+static void find(struct descent *d)
 {
-	const struct pen_light_node *node = tree->nodes;
-	float chance = 1.0f;
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++) {
+		float left = d->u[i] * d->sum[i], found = 1.0f;
+		int32_t last = 0;
+		int is_found = 0;
 
-	for (int level = 0;; level++) {
-		float weights[WIDTH];
-		const float sum = weigh(node, p, n, weights);
-		int k;
+#pragma GCC unroll 8
+		for (int32_t k = 0; k < WIDTH; k++) {
+			const float weight = d->weights[k][i];
+			const int counts = (1 - is_found) & (weight != 0.0f);
+			const int is_here = counts & (left < weight);
 
-		if (!(sum > 0.0f)) {
-			*ret_chance = 0.0f;
-			return 0;
+			last = (int32_t)pen_pick_bits(counts, (uint32_t)k, (uint32_t)last);
+			found = pen_pick(counts, weight, found);
+			left = pen_pick(counts - is_here, left - weight, left);
+			is_found |= is_here;
 		}
-		k = find(weights, sum, level == LEVEL_OF_V ? v : u, &u);
-		chance *= weights[k] / sum;
-		if (node->child[k] == 0) {
-			*ret_chance = chance;
-			return node->light[k];
-		}
-		node = &tree->nodes[node->child[k]];
+		d->child[i] = last;
+		d->found[i] = found;
+		d->u[i] = pen_clamp(left / found, 0.0f, 0x1.fffffep-1f);
 	}
+}
+
+/* Tells whether any lane goes on. */
+static bool step_down(const struct pen_light_tree *tree, struct descent *d,
+	uint32_t ret_light[PEN_LANES], float chance[PEN_LANES])
+{
+	bool goes_on = false;
+
+	for (int i = 0; i < PEN_LANES; i++) {
+		const struct pen_light_node *node = &tree->nodes[d->node[i]];
+
+		if (!d->is_going[i])
+			continue;
+		if (!(d->sum[i] > 0.0f)) {
+			chance[i] = 0.0f;
+			d->is_going[i] = false;
+			continue;
+		}
+		chance[i] *= d->found[i] / d->sum[i];
+		d->node[i] = node->child[d->child[i]];
+		d->is_going[i] = d->node[i] != 0;
+		if (!d->is_going[i])
+			ret_light[i] = node->light[d->child[i]];
+		goes_on |= d->is_going[i];
+	}
+	return goes_on;
 }
 
 void pen_light_tree_choose(const struct pen_light_tree *tree,
 	const struct pen_light_receivers *receivers, const float u[PEN_LANES],
 	const float v[PEN_LANES], uint32_t ret_light[PEN_LANES], float ret_chance[PEN_LANES])
 {
-	for (int i = 0; i < PEN_LANES; i++) {
-		const struct pen_vec3 p = {receivers->x[i], receivers->y[i], receivers->z[i]};
-		const struct pen_vec3 n = {
-			receivers->normal_x[i], receivers->normal_y[i], receivers->normal_z[i]};
+	bool goes_on = false;
+	struct descent d;
 
+	for (int i = 0; i < PEN_LANES; i++) {
+		d.u[i] = u[i];
+		d.node[i] = 0;
+		d.is_going[i] = tree->node_count > 0 && receivers->wanted[i] != 0;
 		ret_light[i] = 0;
-		ret_chance[i] = 0.0f;
-		if (tree->node_count > 0 && receivers->wanted[i] != 0)
-			ret_light[i] = choose(tree, p, n, u[i], v[i], &ret_chance[i]);
+		ret_chance[i] = d.is_going[i] ? 1.0f : 0.0f;
+		goes_on |= d.is_going[i];
+	}
+	for (int level = 0; goes_on; level++) {
+		weigh_all(tree, receivers, &d);
+		if (level == LEVEL_OF_V)
+			memcpy(d.u, v, sizeof d.u);
+		find(&d);
+		goes_on = step_down(tree, &d, ret_light, ret_chance);
 	}
 }
 

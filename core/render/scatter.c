@@ -138,36 +138,51 @@ static void set_tint(struct outgoing *to, const struct pen_points *points)
 	to->blue = to->tint_blue;
 }
 
+PEN_LANE void scatter_principled_one(bool is_path, const struct pen_rays *rays,
+	const struct pen_points *points, const float *u, const float *v, const float *choice, int i,
+	struct outgoing *to)
+{
+	const float diffuse_max =
+		pen_diffuse_chance_max(is_path ? PEN_INTEGRATOR_PATH : PEN_INTEGRATOR_DISTRIBUTION);
+	const struct pen_principled p = pen_detail_principled(points, i);
+	const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
+	const struct pen_principled_chances chances =
+		pen_principled_chances(&p, n, wo, diffuse_max);
+	const struct pen_vec3 wi =
+		pen_principled_sample(&p, &chances, n, wo, u[i], v[i], choice[i], is_path);
+	const int is_lost = (wi.x == 0.0f) & (wi.y == 0.0f) & (wi.z == 0.0f);
+	const struct pen_principled_value value = pen_principled_eval(&p, n, wo, wi);
+	const float pdf = pen_principled_pdf(&value, &chances, is_path);
+	const struct pen_vec3 sum = pen_madd(value.others, is_path ? 1.0f : 0.0f, value.diffuse);
+	const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
+	const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
+	const int goes_on = (1 - is_lost) & (pdf > 0.0f);
+
+	choose(to, i, wanted, (struct pen_lobe){wi, pen_pick(goes_on, brightest / pdf, 0.0f), pdf});
+	to->tint_red[i] = pen_pick(wanted, sum.x / brightest, to->tint_red[i]);
+	to->tint_green[i] = pen_pick(wanted, sum.y / brightest, to->tint_green[i]);
+	to->tint_blue[i] = pen_pick(wanted, sum.z / brightest, to->tint_blue[i]);
+}
+
+/* is_path is a constant where this is called. */
+PEN_LANE void scatter_principled_all(bool is_path, const struct pen_rays *rays,
+	const struct pen_points *points, const float *u, const float *v, const float *choice,
+	struct outgoing *to)
+{
+#pragma omp simd
+	for (int i = 0; i < PEN_LANES; i++)
+		scatter_principled_one(is_path, rays, points, u, v, choice, i, to);
+}
+
 static void scatter_principled(const struct pen_rays *rays, const struct pen_points *points,
 	enum pen_integrator_type type, const float *u, const float *v, const float *choice,
 	struct outgoing *to)
 {
-	const bool is_path = type == PEN_INTEGRATOR_PATH;
-	const float diffuse_max = pen_diffuse_chance_max(type);
-
 	set_tint(to, points);
-#pragma omp simd
-	for (int i = 0; i < PEN_LANES; i++) {
-		const struct pen_principled p = pen_detail_principled(points, i);
-		const struct pen_vec3 n = normal_of(points, i), wo = towards_origin(rays, i);
-		const struct pen_principled_chances chances =
-			pen_principled_chances(&p, n, wo, diffuse_max);
-		const struct pen_vec3 wi =
-			pen_principled_sample(&p, &chances, n, wo, u[i], v[i], choice[i], is_path);
-		const int is_lost = wi.x == 0.0f && wi.y == 0.0f && wi.z == 0.0f;
-		const struct pen_principled_value value = pen_principled_eval(&p, n, wo, wi);
-		const float pdf = pen_principled_pdf(&value, &chances, is_path);
-		const struct pen_vec3 sum =
-			pen_madd(value.others, is_path ? 1.0f : 0.0f, value.diffuse);
-		const float brightest = pen_max(pen_brightest(sum), PEN_TINY);
-		const int wanted = points->kind[i] == PEN_KIND_PRINCIPLED;
-		const int goes_on = !is_lost & (pdf > 0.0f);
-
-		choose(to, i, wanted, (struct pen_lobe){wi, goes_on ? brightest / pdf : 0.0f, pdf});
-		to->tint_red[i] = wanted ? sum.x / brightest : to->tint_red[i];
-		to->tint_green[i] = wanted ? sum.y / brightest : to->tint_green[i];
-		to->tint_blue[i] = wanted ? sum.z / brightest : to->tint_blue[i];
-	}
+	if (type == PEN_INTEGRATOR_PATH)
+		scatter_principled_all(true, rays, points, u, v, choice, to);
+	else
+		scatter_principled_all(false, rays, points, u, v, choice, to);
 }
 
 static void append(struct pen_path_queue *queue, const struct pen_paths *from,

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/clock.h"
-#include "core/base/limits.h"
 #include "core/base/tile.h"
 #include "core/render/pictures.h"
 #include "core/render/render.h"
-#include "core/scene/gltf.h"
 #include "core/scene/parse.h"
 #include "core/scene/planes.h"
+#include "tests/support/load.h"
 
 #include <getopt.h>
 #include <stdio.h>
@@ -50,28 +49,13 @@ struct plan {
 	uint32_t channels;
 };
 
-static void fail(const char *text)
-{
-	(void)fprintf(stderr, "render-core: %s\n", text);
-	exit(1);
-}
-
-static void *allocate(size_t count, size_t size)
-{
-	void *memory = calloc(count + 1, size);
-
-	if (!memory)
-		fail("out of memory");
-	return memory;
-}
-
 static uint32_t number(const char *text)
 {
 	char *end;
 	const unsigned long value = strtoul(text, &end, 10);
 
 	if (*text == '\0' || *end != '\0' || value > UINT32_MAX)
-		fail(usage);
+		load_fail(usage);
 	return (uint32_t)value;
 }
 
@@ -83,7 +67,7 @@ static void set_option(struct options *options, int option)
 	switch (option) {
 	case 'i':
 		if (pen_isa_parse(optarg, &options->isa, &err) < 0)
-			fail(err.text);
+			load_fail(err.text);
 		break;
 	case 't': options->tile_px = number(optarg); break;
 	case 's': options->samples = number(optarg); break;
@@ -93,11 +77,11 @@ static void set_option(struct options *options, int option)
 	case 'r':
 		options->has_rect = true;
 		if (sscanf(optarg, "%u,%u,%u,%u", &rect->x0, &rect->y0, &rect->x1, &rect->y1) != 4)
-			fail(usage);
+			load_fail(usage);
 		break;
 	case 'c': options->has_time = true; break;
 	case 'a': options->assets_path = optarg; break;
-	default: fail(usage);
+	default: load_fail(usage);
 	}
 }
 
@@ -122,82 +106,9 @@ static void read_options(int argc, char **argv, struct options *ret_options)
 	while ((option = getopt_long(argc, argv, "", names, NULL)) != -1)
 		set_option(ret_options, option);
 	if (optind + 2 != argc || ret_options->processes == 0)
-		fail(usage);
+		load_fail(usage);
 	ret_options->scene_path = argv[optind];
 	ret_options->out_path = argv[optind + 1];
-}
-
-static struct pen_scene *load_scene(const char *path)
-{
-	static struct pen_scene_errors errors;
-	struct pen_error err = PEN_ERROR_INIT;
-	char *text = allocate(PEN_SCENE_BYTES_MAX, 1);
-	FILE *file = fopen(path, "rb");
-	struct pen_scene *scene = NULL;
-	json_t *tree = NULL;
-	size_t size;
-
-	if (!file)
-		fail("cannot open the scene");
-	size = fread(text, 1, PEN_SCENE_BYTES_MAX, file);
-	(void)fclose(file);
-	if (pen_json_parse(text, size, &tree, &err) < 0)
-		fail(err.text);
-	if (pen_scene_parse(tree, &scene, &errors, &err) < 0) {
-		for (size_t i = 0; i < errors.count; i++)
-			(void)fprintf(stderr, "%s: %s\n", errors.items[i].pointer,
-				errors.items[i].detail);
-		fail(err.text);
-	}
-	json_decref(tree);
-	free(text);
-	return scene;
-}
-
-static struct pen_blob load_asset(const char *directory, const struct pen_asset_desc *asset)
-{
-	char name[PEN_SHA256_TEXT], path[4096];
-	struct pen_blob blob = {NULL, 0};
-	FILE *file;
-	void *bytes;
-	long size = -1;
-
-	pen_sha256_format(&asset->sha256, name);
-	(void)snprintf(path, sizeof path, "%s/%s", directory ? directory : ".", name);
-	file = fopen(path, "rb");
-	if (file && fseek(file, 0, SEEK_END) == 0)
-		size = ftell(file);
-	if (size < 0)
-		fail("cannot open an asset");
-	rewind(file);
-	bytes = allocate((size_t)size, 1);
-	if (fread(bytes, 1, (size_t)size, file) != (size_t)size || fclose(file) != 0)
-		fail("cannot read an asset");
-	blob.bytes = bytes;
-	blob.size = (size_t)size;
-	return blob;
-}
-
-static struct pen_pictures *load_assets(struct pen_scene *scene, const char *directory)
-{
-	static struct pen_scene_errors errors;
-	struct pen_blob *blobs = allocate(scene->asset_count, sizeof *blobs);
-	struct pen_error err = PEN_ERROR_INIT;
-	struct pen_pictures *pictures = NULL;
-
-	for (uint32_t i = 0; i < scene->asset_count; i++)
-		blobs[i] = load_asset(directory, &scene->assets[i]);
-	if (pen_scene_expand(scene, blobs, &errors, &err) < 0 ||
-		pen_pictures_load(scene, blobs, &errors, &pictures, &err) < 0) {
-		for (size_t i = 0; i < errors.count; i++)
-			(void)fprintf(stderr, "%s: %s\n", errors.items[i].pointer,
-				errors.items[i].detail);
-		fail(err.text);
-	}
-	for (uint32_t i = 0; i < scene->asset_count; i++)
-		free((void *)(uintptr_t)blobs[i].bytes);
-	free(blobs);
-	return pictures;
 }
 
 static void shuffle(uint32_t *order, uint32_t count, uint32_t seed)
@@ -221,8 +132,8 @@ static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels,
 	const uint32_t rounds = pen_round_count(all);
 	struct plan plan = {.count = tiling->count * rounds, .channels = channels};
 
-	plan.items = allocate(plan.count, sizeof *plan.items);
-	plan.order = allocate(plan.count, sizeof *plan.order);
+	plan.items = load_allocate(plan.count, sizeof *plan.items);
+	plan.order = load_allocate(plan.count, sizeof *plan.order);
 	for (uint32_t i = 0; i < plan.count; i++) {
 		const struct pen_round round = pen_round_get(all, i % rounds);
 		const struct pen_rect rect = pen_tiling_rect(tiling, i / rounds);
@@ -248,7 +159,7 @@ static void render_share(const struct pen_render_scene *scene, const struct plan
 	struct pen_renderer *renderer;
 
 	if (pen_renderer_create(scene, &renderer, &err) < 0)
-		fail(err.text);
+		load_fail(err.text);
 	for (uint32_t i = first; i < plan->count; i += processes) {
 		const struct item *item = &plan->items[plan->order[i]];
 		struct pen_render_stats stats;
@@ -267,7 +178,7 @@ static void *shared_memory(size_t size)
 	void *memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
 
 	if (memory == MAP_FAILED)
-		fail("out of memory");
+		load_fail("out of memory");
 	return memory;
 }
 
@@ -278,7 +189,7 @@ static void render(const struct pen_render_scene *scene, const struct plan *plan
 		const pid_t pid = fork();
 
 		if (pid < 0)
-			fail("cannot fork");
+			load_fail("cannot fork");
 		if (pid == 0) {
 			render_share(scene, plan, i, processes, results, &totals[i]);
 			_exit(0);
@@ -288,7 +199,7 @@ static void render(const struct pen_render_scene *scene, const struct plan *plan
 		int status;
 
 		if (wait(&status) < 0 || status != 0)
-			fail("a render process failed");
+			load_fail("a render process failed");
 	}
 }
 
@@ -318,7 +229,7 @@ static void write_image(
 
 	if (!file || fprintf(file, "%u %u %u %u\n", crop.x0, crop.y0, crop.x1, crop.y1) < 0 ||
 		fwrite(image, sizeof *image, count, file) != count || fclose(file) != 0)
-		fail("cannot write the image");
+		load_fail("cannot write the image");
 }
 
 static void print_speed(
@@ -361,13 +272,13 @@ int main(int argc, char **argv)
 		scene->image.crop = options.rect;
 	pictures = load_assets(scene, options.assets_path);
 	if (pen_render_scene_create(scene, pictures, options.frame, options.isa, &ready, &err) < 0)
-		fail(err.text);
+		load_fail(err.text);
 	pen_tiling_init(&tiling, scene->image.crop, options.tile_px);
 	rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, scene->sampling.samples, 0);
 	plan = make_plan(&tiling, pen_scene_film(scene).channels, &rounds, &options);
 	results = shared_memory((plan.floats + 1) * sizeof *results);
 	totals = shared_memory(options.processes * sizeof *totals);
-	image = allocate(plan.channels * pen_rect_area(tiling.crop), sizeof *image);
+	image = load_allocate(plan.channels * pen_rect_area(tiling.crop), sizeof *image);
 	start_us = pen_clock_us();
 	render(ready, &plan, options.processes, results, totals);
 	if (options.has_time)

@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What a thousand emissive triangles cost beside one rectangle light, for the same noise.
+
+    many_lights.py [--runs 3] [--samples 64] [--triangles 1000]
+
+Three scenes of the same floor and balls under the same power: a rectangle light; the same rectangle
+as an emissive mesh of so many triangles; and as many triangles strewn over the whole ceiling. The
+cost of an image is the processor time of rendering it times its variance (the mean square of the
+difference of two renders with different seeds, halved, of values compressed by v / (1 + v)). Exits
+with 1 when the triangles of the rectangle cost more than twice what the rectangle light costs.
+"""
+import argparse
+import json
+import math
+import pathlib
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "support"))
+import numpy as np  # noqa: E402
+from farm import BIN  # noqa: E402
+from sampling_error import compress  # noqa: E402
+
+PROGRAM = BIN.parent / "tests/render-core"
+SIDE, HEIGHT, RADIANCE = 4.0, 7.0, 20.0
+
+
+def scene(objects, lights, glow):
+    return {
+        "version": 1, "image": {"width": 240, "height": 135},
+        "camera": {"position": [0, 3.5, 9], "look_at": [0, 0.8, 0], "horizontal_fov": 45},
+        "integrator": {"type": "distribution", "max_depth": 4},
+        "sampling": {"mode": "uniform", "samples": 64}, "background": {"color": [0, 0, 0]},
+        "materials": {
+            "floor": {"type": "matte", "color": [0.6, 0.6, 0.6]},
+            "red": {"type": "matte", "color": [0.7, 0.15, 0.1]},
+            "satin": {"type": "glossy", "color": [0.8, 0.8, 0.8], "roughness": 0.4},
+            "glow": {"type": "principled", "base_color": [0, 0, 0], "emission": [glow] * 3}},
+        "objects": [
+            {"type": "mesh", "material": "floor", "indices": [0, 1, 2, 0, 2, 3],
+             "vertices": [[-30, 0, 30], [30, 0, 30], [30, 0, -30], [-30, 0, -30]]},
+            {"type": "sphere", "material": "red", "center": [-1.6, 1, 0], "radius": 1},
+            {"type": "sphere", "material": "satin", "center": [1.6, 1, 0], "radius": 1}, *objects],
+        "lights": lights}
+
+
+def one_rectangle():
+    half = SIDE / 2
+    return scene([], [{"type": "rectangle", "corner": [-half, HEIGHT, -half],
+                       "edge_u": [SIDE, 0, 0], "edge_v": [0, 0, SIDE],
+                       "radiance": [RADIANCE] * 3}], 0)
+
+
+def mesh_of(triangles):
+    points = [list(map(float, p)) for t in triangles for p in t]
+    return {"type": "mesh", "material": "glow", "vertices": points,
+            "indices": list(range(len(points)))}
+
+
+def tiled(count):
+    """The rectangle in an even number of triangles."""
+    columns = round(math.sqrt(count / 2))
+    while count % (2 * columns):
+        columns -= 1
+    rows = count // (2 * columns)
+    xs = np.linspace(-SIDE / 2, SIDE / 2, columns + 1)
+    zs = np.linspace(-SIDE / 2, SIDE / 2, rows + 1)
+    triangles = []
+    for i in range(columns):
+        for k in range(rows):
+            a, b = (xs[i], HEIGHT, zs[k]), (xs[i + 1], HEIGHT, zs[k])
+            c, d = (xs[i + 1], HEIGHT, zs[k + 1]), (xs[i], HEIGHT, zs[k + 1])
+            triangles += [(a, b, c), (a, c, d)]
+    return scene([mesh_of(triangles)], [], RADIANCE)
+
+
+def strewn(count):
+    """As much area, in equal triangles over a ceiling nine times as large."""
+    random = np.random.default_rng(1)
+    edge = math.sqrt(2 * SIDE * SIDE / count)
+    corners = random.uniform(-1.5 * SIDE, 1.5 * SIDE, (count, 2))
+    triangles = [((x, HEIGHT, z), (x + edge, HEIGHT, z), (x + edge, HEIGHT, z + edge))
+                 for x, z in corners]
+    return scene([mesh_of(triangles)], [], RADIANCE)
+
+
+def render(doc, samples, seed, directory):
+    """The pixels and the processor seconds of the whole program."""
+    doc = {**doc, "sampling": {"mode": "uniform", "samples": samples, "seed": seed}}
+    path, out = directory / "scene.json", directory / "out.f32"
+    path.write_text(json.dumps(doc))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([PROGRAM, path, out], check=True, timeout=600)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    head, _, floats = out.read_bytes().partition(b"\n")
+    x0, y0, x1, y1 = map(int, head.split())
+    film = np.frombuffer(floats, np.float32).reshape(y1 - y0, x1 - x0, -1)
+    pixels = film[:, :, :3] / film[:, :, 3:4]
+    return pixels, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def measure(doc, options, directory):
+    """Medians of the time of rendering and of the variance, and the mean of the image."""
+    seconds, variances = [], []
+    for run in range(options.runs):
+        first, spent = render(doc, options.samples, 2 * run, directory)
+        second, _ = render(doc, options.samples, 2 * run + 1, directory)
+        _, least = render(doc, 1, 0, directory)
+        seconds.append((spent - least) * options.samples / (options.samples - 1))
+        variances.append(((compress(first) - compress(second)) ** 2).mean() / 2)
+    return statistics.median(seconds), statistics.median(variances), first.mean()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--triangles", type=int, default=1000)
+    options = parser.parse_args()
+    count = options.triangles
+    docs = {"one rectangle light": one_rectangle(), f"it in {count} triangles": tiled(count),
+            f"{count} triangles strewn": strewn(count)}
+    print(f"{options.samples} samples, {options.runs} runs; processor seconds, variance, their"
+          " product over that of the first")
+    costs = []
+    with tempfile.TemporaryDirectory() as temporary:
+        for name, doc in docs.items():
+            seconds, variance, mean = measure(doc, options, pathlib.Path(temporary))
+            costs.append(seconds * variance)
+            print(f"{name:28}{seconds:8.3f} s{variance:12.3e}"
+                  f"{costs[-1] / costs[0]:8.2f}   (mean {mean:.4f})", flush=True)
+    return int(costs[1] > 2 * costs[0])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
