@@ -4,13 +4,13 @@
 #include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "core/scene/planes.h"
+#include "server/disk.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
-#include <sys/statvfs.h>
 
 int pen_accept_check_disk(const char *dir, const struct pen_scene *scene, struct pen_error *err)
 {
@@ -18,14 +18,9 @@ int pen_accept_check_disk(const char *dir, const struct pen_scene *scene, struct
 	uint32_t frames = scene->frames.last - scene->frames.first + 1;
 	uint64_t need =
 		pen_rect_area(scene->image.crop) * pen_scene_film(scene).channels * sizeof(float);
-	struct statvfs disk;
 
 	need *= frames < PEN_JOB_FRAMES_MAX ? frames : PEN_JOB_FRAMES_MAX;
-	if (statvfs(dir, &disk) < 0)
-		return pen_error_system(err, errno, "cannot look at the disk");
-	if ((uint64_t)disk.f_bavail * disk.f_frsize < need + PEN_DISK_RESERVE_BYTES)
-		return pen_error_set(err, PEN_ENOSPACE, "the disk of the data directory is full");
-	return 0;
+	return pen_disk_check_path(dir, PEN_DISK_ACCEPT, need, err);
 }
 
 /* 128 random bits in RFC 4648 base32, lower case, without padding. */

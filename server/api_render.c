@@ -112,7 +112,7 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	set(tree, "content", text_or_null(job->content));
 	set(tree, "restarts", json_integer(job->restarts));
 	set(tree, "warnings", pen_report_json(job->warnings));
-	set(tree, "error", failed ? json_string(job->error.text) : json_null());
+	set(tree, "error", job->error.code < 0 ? json_string(job->error.text) : json_null());
 	set(tree, "errors", pen_report_json(failed ? job->errors : NULL));
 	set(tree, "links", links_json(job));
 	return tree;

@@ -2,6 +2,7 @@
 #include "server/asset_file.h"
 
 #include "core/base/limits.h"
+#include "server/disk.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -9,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 struct pen_asset_upload {
@@ -54,17 +54,6 @@ int pen_asset_file_open(const char *dir, const struct pen_sha256 *sha256, int *r
 	return 0;
 }
 
-static int check_disk(int dir, uint64_t size, struct pen_error *err)
-{
-	struct statvfs disk;
-
-	if (fstatvfs(dir, &disk) < 0)
-		return pen_error_system(err, errno, "cannot look at the disk");
-	if ((uint64_t)disk.f_bavail * disk.f_frsize < size + PEN_DISK_RESERVE_BYTES)
-		return pen_error_set(err, PEN_ENOSPACE, "the disk of the data directory is full");
-	return 0;
-}
-
 /* A file without a name: whatever ends the coordinator also ends it. */
 static int open_unnamed(const char *dir, int *ret_fd, struct pen_error *err)
 {
@@ -89,7 +78,7 @@ int pen_asset_upload_create(
 	if (upload->dir < 0)
 		r = pen_error_system(err, errno, "cannot open the directory of assets");
 	if (r == 0)
-		r = check_disk(upload->dir, size, err);
+		r = pen_disk_check(upload->dir, PEN_DISK_ACCEPT, size, err);
 	if (r == 0)
 		r = open_unnamed(dir, &upload->fd, err);
 	if (r == 0)

@@ -2,6 +2,7 @@
 #include "server/canvas.h"
 
 #include "server/decide.h"
+#include "server/seal.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -114,8 +115,9 @@ static int open_file(struct pen_canvas *canvas)
 
 static int create_file(struct pen_canvas *canvas, struct pen_error *err)
 {
-	const uint64_t size =
-		pen_framebuf_bytes(&canvas->framebuf) + pen_quota_bytes(&canvas->framebuf);
+	const uint64_t size = pen_framebuf_bytes(&canvas->framebuf) +
+			      pen_quota_bytes(&canvas->framebuf) +
+			      pen_seal_bytes(&canvas->framebuf);
 	int r = pen_framebuf_create(canvas->path, size, err);
 
 	if (r < 0)
@@ -182,6 +184,16 @@ static int decide(struct pen_canvas *canvas, struct pen_error *err)
 	return r < 0 ? r : pen_quota_save(&canvas->quota, canvas->fd, err);
 }
 
+/* Only of a frame that lacks nothing: what is in it now must be in it for ever. */
+static int sync_file(struct pen_canvas *canvas, struct pen_error *err)
+{
+	int r = pen_seal_write(canvas->fd, &canvas->framebuf, canvas->tiles, err);
+
+	if (r == 0 && fsync(canvas->fd) < 0)
+		r = pen_error_system(err, errno, "cannot write the framebuffer");
+	return r;
+}
+
 static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_error *err)
 {
 	switch (task->type) {
@@ -190,10 +202,7 @@ static int run_task(struct pen_canvas *canvas, struct task *task, struct pen_err
 	case TASK_MERGE: return merge(canvas, task, err);
 	case TASK_DECIDE: return decide(canvas, err);
 	case TASK_REACH: return 0;
-	case TASK_SYNC:
-		if (fsync(canvas->fd) < 0)
-			return pen_error_system(err, errno, "cannot write the framebuffer");
-		return 0;
+	case TASK_SYNC: return sync_file(canvas, err);
 	}
 	return 0;
 }

@@ -25,6 +25,8 @@ const char pen_config_usage[] =
 	"  --isa v2|v3|v4             instruction set of the local farm (the best there is)\n"
 	"  --tile N                   tile size in pixels, a multiple of 16 (chosen by image)\n"
 	"  --keep-assets HOURS        kept scenes, and files that no scene names (24)\n"
+	"  --keep-renders HOURS       renders that are over (0: for ever)\n"
+	"  --keep-frames MIB          what frames may take on the disk (0: any)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --config FILE              these options but the next as lines KEY = VALUE\n"
 	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
@@ -140,15 +142,14 @@ static int parse_tile(const char *text, uint32_t *ret_tile_px, struct pen_error 
 	return 0;
 }
 
-static int parse_data(const char *text, struct pen_config *config, struct pen_error *err)
+int pen_config_parse_data(const char *text, char *ret_dir, struct pen_error *err)
 {
-	if (text[0] == '\0' || snprintf(config->data_dir, sizeof config->data_dir, "%s", text) >=
-				       (int)sizeof config->data_dir - 128)
+	if (text[0] == '\0' || snprintf(ret_dir, PATH_MAX, "%s", text) >= PATH_MAX - 128)
 		return pen_error_set(err, PEN_EINVALID, "--data takes a directory");
 	return 0;
 }
 
-static int fill_default_data(struct pen_config *config, struct pen_error *err)
+int pen_config_default_data(char *ret_dir, struct pen_error *err)
 {
 	const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
 	char path[PATH_MAX];
@@ -160,7 +161,7 @@ static int fill_default_data(struct pen_config *config, struct pen_error *err)
 	else
 		return pen_error_set(
 			err, PEN_EINVALID, "there is no HOME: name a directory with --data");
-	return parse_data(path, config, err);
+	return pen_config_parse_data(path, ret_dir, err);
 }
 
 enum {
@@ -171,6 +172,8 @@ enum {
 	ISA,
 	TILE,
 	KEEP_ASSETS,
+	KEEP_RENDERS,
+	KEEP_FRAMES,
 	LOG_LEVEL,
 	CONFIG,
 	PARENT_DEATH,
@@ -185,12 +188,24 @@ static const struct option options[] = {
 	{"isa", required_argument, NULL, ISA},
 	{"tile", required_argument, NULL, TILE},
 	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
+	{"keep-renders", required_argument, NULL, KEEP_RENDERS},
+	{"keep-frames", required_argument, NULL, KEEP_FRAMES},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
 	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
 	{"help", no_argument, NULL, HELP},
 	{NULL, 0, NULL, 0},
 };
+
+static int parse_hours(
+	const char *option, const char *value, uint32_t *ret_s, struct pen_error *err)
+{
+	if (parse_number(value, PEN_KEEP_HOURS_MAX, ret_s) < 0)
+		return pen_error_set(err, PEN_EINVALID, "--%s takes a number of hours from 0 to %u",
+			option, PEN_KEEP_HOURS_MAX);
+	*ret_s *= 3600;
+	return 0;
+}
 
 static int parse_option(
 	struct pen_config *config, int option, const char *value, struct pen_error *err)
@@ -201,7 +216,7 @@ static int parse_option(
 	case LISTEN: return parse_address("listen", value, &config->listen, err);
 	case WORKER_LISTEN:
 		return parse_address("worker-listen", value, &config->worker_listen, err);
-	case DATA: return parse_data(value, config, err);
+	case DATA: return pen_config_parse_data(value, config->data_dir, err);
 	case PROCESSES:
 		if (parse_number(value, PEN_PROCESSES_MAX, &config->processes) < 0)
 			return pen_error_set(err, PEN_EINVALID,
@@ -209,12 +224,14 @@ static int parse_option(
 		return 0;
 	case ISA: return parse_isa(value, &config->isa, err);
 	case TILE: return parse_tile(value, &config->tile_px, err);
-	case KEEP_ASSETS:
-		if (parse_number(value, PEN_KEEP_HOURS_MAX, &config->keep_assets_s) < 0)
+	case KEEP_ASSETS: return parse_hours("keep-assets", value, &config->keep_assets_s, err);
+	case KEEP_RENDERS: return parse_hours("keep-renders", value, &config->keep_renders_s, err);
+	case KEEP_FRAMES:
+		if (parse_number(value, PEN_KEEP_MIB_MAX, &number) < 0)
 			return pen_error_set(err, PEN_EINVALID,
-				"--keep-assets takes a number of hours from 0 to %u",
-				PEN_KEEP_HOURS_MAX);
-		config->keep_assets_s *= 3600;
+				"--keep-frames takes a number of MiB from 0 to %u",
+				PEN_KEEP_MIB_MAX);
+		config->keep_bytes = (uint64_t)number << 20;
 		return 0;
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH:
@@ -338,7 +355,7 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 			r = read_words(argc, argv, &config, &file, err);
 	}
 	if (r == 0 && config.data_dir[0] == '\0')
-		r = fill_default_data(&config, err);
+		r = pen_config_default_data(config.data_dir, err);
 	if (r == 0)
 		*ret_config = config;
 	return r;

@@ -15,10 +15,12 @@
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
 	char data_dir[PATH_MAX];
-	uint32_t processes;	/* of the local worker; 0: none is started */
-	const char *isa;	/* of the local worker, a constant; NULL: its best */
-	uint32_t tile_px;	/* 0: chosen for each image */
-	uint32_t keep_assets_s; /* that no render names */
+	uint32_t processes;	 /* of the local worker; 0: none is started */
+	const char *isa;	 /* of the local worker, a constant; NULL: its best */
+	uint32_t tile_px;	 /* 0: chosen for each image */
+	uint32_t keep_assets_s;	 /* that no render names */
+	uint32_t keep_renders_s; /* that are over; 0: for ever */
+	uint64_t keep_bytes;	 /* of frames; 0: without bound */
 	enum pen_log_level log_level;
 	pid_t parent; /* end when it does; 0: live on */
 	bool help;
@@ -36,6 +38,10 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 
 /* Whether serve would accept the file: the same errors, PEN_ENOTFOUND among them. */
 int pen_config_check(const char *path, struct pen_error *err);
+
+/* A directory as --data takes it, and the one that is meant without it; of PATH_MAX characters. */
+int pen_config_parse_data(const char *text, char *ret_dir, struct pen_error *err);
+int pen_config_default_data(char *ret_dir, struct pen_error *err);
 
 /* Whether nobody but this machine can reach it. */
 bool pen_config_is_loopback(const struct sockaddr_storage *address);

@@ -66,6 +66,14 @@ static int forget_ports(const char *path, struct pen_error *err)
 	return 0;
 }
 
+int pen_data_dir_lock(struct pen_data_dir *data, const char *path, struct pen_error *err)
+{
+	*data = (struct pen_data_dir){.path = path, .lock_fd = -1};
+	if (access(path, F_OK) < 0)
+		return pen_error_set(err, PEN_ENOTFOUND, "%s is no data directory", path);
+	return lock(data, err);
+}
+
 int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_error *err)
 {
 	char frames[PATH_MAX];

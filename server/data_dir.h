@@ -18,6 +18,9 @@ struct pen_data_dir {
 
 /* Makes what is missing, readable by its owner alone, and locks it. PEN_ECONFLICT: in use. */
 int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_error *err);
+
+/* Locks one that is there, and no more: for whoever looks after it. PEN_ENOTFOUND. */
+int pen_data_dir_lock(struct pen_data_dir *data, const char *path, struct pen_error *err);
 void pen_data_dir_close(struct pen_data_dir *data);
 
 #endif

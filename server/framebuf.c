@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/framebuf.h"
 
+#include "server/disk.h"
+
 #include "core/base/digest.h"
 
 #include <assert.h>
@@ -20,11 +22,14 @@ int pen_framebuf_create(const char *path, uint64_t size, struct pen_error *err)
 	fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
 	if (fd < 0)
 		return pen_error_system(err, errno, "cannot create the framebuffer");
-	r = posix_fallocate(fd, 0, (off_t)size);
-	if (r != 0) {
-		(void)unlink(path);
-		r = pen_error_system(err, r, "no space for the framebuffer");
+	r = pen_disk_check(fd, PEN_DISK_RENDER, size, err);
+	if (r == 0) {
+		r = posix_fallocate(fd, 0, (off_t)size);
+		if (r != 0)
+			r = pen_error_system(err, r, "no space for the framebuffer");
 	}
+	if (r < 0)
+		(void)unlink(path);
 	(void)close(fd);
 	return r;
 }

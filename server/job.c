@@ -10,6 +10,7 @@
 #include "server/run.h"
 #include "server/run_index.h"
 #include "server/store.h"
+#include "server/upkeep.h"
 
 #include <assert.h>
 #include <dirent.h>
@@ -479,6 +480,7 @@ static void handle_tick(uv_timer_t *timer)
 		if (run->job.deadline_ms != 0 && run->job.deadline_ms <= now_ms && !run->ending)
 			fail_overdue(jobs, run);
 	}
+	pen_upkeep_tick(jobs);
 }
 
 int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,

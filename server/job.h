@@ -198,8 +198,10 @@ struct pen_jobs_options {
 	const char *data_dir; /* holds frames/; borrowed, as are the next two */
 	struct pen_store *store;
 	struct pen_dispatch *dispatch;
-	uint32_t processes; /* of the local farm, which may not have connected yet */
-	uint32_t tile_px;   /* of every new job; 0: pen_plan_tile_px */
+	uint32_t processes;	 /* of the local farm, which may not have connected yet */
+	uint32_t tile_px;	 /* of every new job; 0: pen_plan_tile_px */
+	uint32_t keep_renders_s; /* those that are over; 0: for ever */
+	uint64_t keep_bytes;	 /* of the frames of all renders; 0: without bound */
 	/* The store is broken: nothing can be promised any more. */
 	void (*broken)(void *user, const struct pen_error *err);
 	void *user;

@@ -120,6 +120,8 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 		.data_dir = server->data.path,
 		.processes = config->processes,
 		.tile_px = config->tile_px,
+		.keep_renders_s = config->keep_renders_s,
+		.keep_bytes = config->keep_bytes,
 		.broken = handle_broken,
 		.user = server,
 	};

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/log.h"
+#include "server/care.h"
 #include "server/cli/cli.h"
 #include "server/config.h"
 #include "server/loop.h"
@@ -79,6 +80,9 @@ int main(int argc, char **argv)
 {
 	static const struct pen_command commands[] = {
 		{"serve", "run the coordinator, with a farm on this machine", serve},
+		{"fsck", "look for damage in a data directory, and repair it", pen_care_fsck},
+		{"backup", "copy a data directory, also of a running coordinator", pen_care_backup},
+		{"restore", "check a backup and copy it back", pen_care_restore},
 		{"config", "check a configuration file of serve", config_check},
 		{0},
 	};

@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "core/base/log.h"
 #include "server/content.h"
+#include "server/frame_file.h"
 #include "server/job_texts.h"
 #include "server/preview.h"
 #include "server/report.h"
@@ -101,12 +102,7 @@ void pen_run_retire(struct pen_jobs *jobs, struct pen_run *run)
 void pen_run_path(
 	const struct pen_jobs *jobs, const struct pen_job *job, uint32_t frame, char *ret_path)
 {
-	if (job->frame_count == 1)
-		(void)snprintf(
-			ret_path, PATH_MAX, "%s/frames/%s.f32", jobs->options.data_dir, job->id);
-	else
-		(void)snprintf(ret_path, PATH_MAX, "%s/frames/%s.%u.%u.f32", jobs->options.data_dir,
-			job->id, job->restarts, frame);
+	pen_frame_file_path(jobs->options.data_dir, job, frame, ret_path);
 }
 
 struct removal {
@@ -480,24 +476,10 @@ static struct pen_canvas_events canvas_events(struct pen_jobs *jobs)
 		handle_synced, handle_canvas_failed, jobs};
 }
 
-static struct pen_framebuf framebuf_of(const struct pen_run *run)
-{
-	const struct pen_sampling_desc *sampling = &run->job.sampling;
-
-	return (struct pen_framebuf){
-		.tiling = run->job.tiling,
-		.film = pen_job_film(&run->job),
-		.rounds = pen_sampling_rounds(sampling),
-		.threshold = sampling->threshold,
-		.error = sampling->error,
-		.confidence = sampling->confidence,
-	};
-}
-
 static int open_canvas(struct pen_jobs *jobs, struct pen_run *run, struct pen_run_frame *frame,
 	struct pen_error *err)
 {
-	const struct pen_framebuf framebuf = framebuf_of(run);
+	const struct pen_framebuf framebuf = pen_frame_file_shape(&run->job);
 	struct pen_canvas_events events = canvas_events(jobs);
 	char path[PATH_MAX];
 	int r;
@@ -563,7 +545,7 @@ static void set_class(struct pen_job *shown, const char *equivalence_class)
 static struct pen_run_frame *begin_frame(
 	struct pen_jobs *jobs, struct pen_run *run, uint32_t number, struct pen_error *err)
 {
-	const struct pen_framebuf framebuf = framebuf_of(run);
+	const struct pen_framebuf framebuf = pen_frame_file_shape(&run->job);
 	struct pen_canvas_events events = canvas_events(jobs);
 	struct pen_run_frame *frame = pen_run_add_frame(run, number);
 	char path[PATH_MAX];

@@ -62,6 +62,7 @@ struct pen_jobs {
 	uint32_t preview_count;
 	void (*heard)(void *user); /* see pen_jobs_listen; or NULL */
 	void *listener;
+	uint64_t ticks;
 	uint64_t number_last;
 	bool closed;
 	bool broken;

@@ -2,6 +2,7 @@
 #include "server/store.h"
 
 #include "core/base/limits.h"
+#include "server/disk.h"
 #include "server/durable.h"
 #include "server/job_row.h"
 #include "server/job_texts.h"
@@ -10,6 +11,7 @@
 
 #include <assert.h>
 #include <dirent.h>
+#include <errno.h>
 #include <limits.h>
 #include <pthread.h>
 #include <sqlite3.h>
@@ -90,6 +92,7 @@ struct request_list {
 
 struct pen_store {
 	uv_async_t answered;
+	const char *dir;
 	char scenes_dir[PATH_MAX];
 	pthread_t thread;
 	bool running;
@@ -140,7 +143,11 @@ static void request_destroy(struct request *request)
 
 static int database_error(const struct pen_store *store, struct pen_error *err)
 {
-	int code = sqlite3_errcode(store->db) == SQLITE_FULL ? PEN_ENOSPACE : PEN_EIO;
+	/* The index of the log could not grow: nothing is amiss with what is written. */
+	bool is_full = sqlite3_errcode(store->db) == SQLITE_FULL ||
+		       (sqlite3_extended_errcode(store->db) == SQLITE_IOERR_SHMSIZE &&
+			       sqlite3_system_errno(store->db) == ENOSPC);
+	int code = is_full ? PEN_ENOSPACE : PEN_EIO;
 
 	return pen_error_set(err, code, "database: %s", sqlite3_errmsg(store->db));
 }
@@ -271,6 +278,11 @@ static void handle_batch(struct pen_store *store, struct request *batch)
 
 	if (err.code == 0)
 		(void)commit_batch(store, batch, &err);
+	/* A removal makes room, but takes some first. */
+	if (err.code == PEN_ENOSPACE && pen_ballast_drop(store->dir) == 0) {
+		err.code = 0;
+		(void)commit_batch(store, batch, &err);
+	}
 	if (err.code != 0 && err.code != PEN_ENOSPACE)
 		store->broken = err;
 	for (struct request *request = batch; request; request = request->next)
@@ -608,6 +620,7 @@ int pen_store_create(
 
 	if (!store)
 		return pen_error_memory(err);
+	store->dir = dir;
 	list_init(&store->waiting);
 	list_init(&store->done);
 	r = open_database(store, dir, err);

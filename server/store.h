@@ -32,7 +32,7 @@ struct pen_store_tile {
 	struct pen_canvas_tile state;
 };
 
-/* DIR and DIR/scenes exist; nobody else has the database open. */
+/* DIR (borrowed) and DIR/scenes exist; nobody else has the database open. */
 int pen_store_create(
 	uv_loop_t *loop, const char *dir, struct pen_store **ret_store, struct pen_error *err);
 

@@ -2,6 +2,8 @@
 """What a coordinator knows after it was killed."""
 import json
 import os
+import sqlite3
+import time
 
 import farm
 import pytest
@@ -167,3 +169,33 @@ def test_a_stop_keeps_what_was_merged(service):
     farm.wait_for(lambda: service.resource(render)["samples_done"] >= before, 20, "old progress")
     found = json.loads(service.patch(render, {"state": "cancelled"}).body)
     assert found["state"] == "cancelled"
+
+
+def clone_row(database, number, render):
+    """The row of the first render once more, under another number and name."""
+    row = dict(database.execute("SELECT * FROM jobs ORDER BY number LIMIT 1").fetchone())
+    row.update(number=number, id=render)
+    database.execute(f"INSERT INTO jobs ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})",
+                     list(row.values()))
+
+
+def test_ten_thousand_renders_are_there_within_five_seconds(service):
+    """Broken by a start that looks at each finished image, or takes the square of their number."""
+    first = service.submit(small())
+    service.wait(first)
+    bits = service.image(first)
+    service.stop()
+    names = ["".join("abcdefghijklmnop"[n >> 4 * k & 15] for k in range(6)) + first[6:]
+             for n in range(10000)]
+    with sqlite3.connect(service.data / "penumbra.db") as database:
+        database.row_factory = sqlite3.Row
+        for number, name in enumerate(names, 2):
+            clone_row(database, number, name)
+            os.link(frame(service, first), frame(service, name))
+    database.close()
+    begin = time.monotonic()
+    service.start()
+    assert service.request("GET", f"/v1/renders/{names[0]}").status == 200
+    assert time.monotonic() - begin < 5 * farm.SLOW
+    assert len(service.get("/v1/renders?limit=500")["renders"]) == 500
+    assert service.image(names[5000]) == bits and service.image(first) == bits

@@ -30,7 +30,7 @@ LIBRARIES = {
     r"microhttpd\.h": ["server/http.c", "server/stream.c"],
     r"uv\.h": ["server/", "worker/"],
     r"protobuf-c/.*|.*\.pb-c\.h": ["proto/"],
-    r"sqlite3\.h": ["server/store.c", "server/job_row.c"],
+    r"sqlite3\.h": ["server/store.c", "server/job_row.c", "server/archive.c"],
     r"xxhash\.h": ["core/base/digest.c"],
     r"gnutls/.*": ["core/base/digest.c", "server/", "worker/"],
     r"seccomp\.h|linux/(seccomp|landlock|filter)\.h": ["core/base/sandbox.c"],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel workers serve config version
+set -l commands render submit status list watch cancel workers serve fsck backup restore config version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
 complete -c penumbra -l help
@@ -22,9 +22,12 @@ complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch ca
 complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel workers" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
-complete -c penumbra -n "__fish_seen_subcommand_from serve" -l data -r
+complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore" -l data -r
+complete -c penumbra -n "__fish_seen_subcommand_from fsck" -l repair
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-renders -x -d "hours"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-frames -x -d "MiB"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "error warning info debug"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l config -r -d "settings"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l parent-death -d "end with the parent"
