@@ -49,16 +49,18 @@ static bool find_key(struct pen_exchange *exchange, const struct pen_submission 
 }
 
 /* What a worker that is here would make, bit for bit. */
-static struct pen_job *find_content(struct pen_api *api, const struct pen_sha256 *scene)
+static struct pen_job *find_content(struct pen_api *api, const struct pen_submission *submission)
 {
 	const struct pen_worker *worker = NULL;
 	struct pen_job *job = NULL;
 	struct pen_sha256 content;
 
 	while (!job && (worker = pen_farm_next(api->farm, worker ? worker->id : 0)) != NULL)
-		if (pen_content_of(scene, worker->equivalence_class, &content, NULL) == 0)
+		if (pen_content_of(
+			    &submission->sha256, worker->equivalence_class, &content, NULL) == 0)
 			job = pen_jobs_find_content(api->jobs, &content);
-	return job;
+	/* One that was looked at less closely than is asked for now is another one. */
+	return job && job->verify >= submission->verify ? job : NULL;
 }
 
 bool pen_api_again_find(struct pen_exchange *exchange, const struct pen_submission *submission,
@@ -70,6 +72,6 @@ bool pen_api_again_find(struct pen_exchange *exchange, const struct pen_submissi
 	if (submission->has_key && !find_key(exchange, submission, ret_job))
 		return false;
 	if (!*ret_job && !pen_field_has_directive(control, "no-store"))
-		*ret_job = find_content(exchange->api, &submission->sha256);
+		*ret_job = find_content(exchange->api, submission);
 	return true;
 }

@@ -14,6 +14,8 @@ struct pen_backlog_tile {
 	uint32_t epoch;
 	struct pen_demand demand;
 	uint64_t blamed[PEN_BLAME_MAX - 1]; /* the workers of the faults */
+	struct pen_backlog_opinion opinions[PEN_BACKLOG_OPINIONS];
+	uint8_t opinion_count;
 };
 
 /* Where a tile goes that nobody is at work on. */
@@ -147,7 +149,7 @@ bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t index)
 	assert(tile->state == TILE_MERGING);
 	backlog->merging--;
 	tile->round++;
-	tile->faults = tile->kills = 0;
+	tile->faults = tile->kills = tile->opinion_count = 0;
 	place(backlog, index);
 	return backlog->tiles_left == 0;
 }
@@ -172,6 +174,45 @@ bool pen_backlog_decided(struct pen_backlog *backlog, const struct pen_demand *d
 			place(backlog, i);
 	}
 	return backlog->tiles_left == 0;
+}
+
+uint32_t pen_backlog_opinions(const struct pen_backlog *backlog, uint32_t tile)
+{
+	return backlog->tiles[tile].opinion_count;
+}
+
+const struct pen_backlog_opinion *pen_backlog_opinion(
+	const struct pen_backlog *backlog, uint32_t tile, uint32_t index)
+{
+	assert(index < backlog->tiles[tile].opinion_count);
+	return &backlog->tiles[tile].opinions[index];
+}
+
+bool pen_backlog_has_opinion(const struct pen_backlog *backlog, uint32_t tile, uint64_t worker)
+{
+	for (uint32_t i = 0; i < backlog->tiles[tile].opinion_count; i++)
+		if (backlog->tiles[tile].opinions[i].worker == worker)
+			return true;
+	return false;
+}
+
+void pen_backlog_retract(struct pen_backlog *backlog, uint64_t worker)
+{
+	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
+		struct pen_backlog_tile *tile = &backlog->tiles[i];
+
+		for (uint8_t k = tile->opinion_count; k-- > 0;)
+			if (tile->opinions[k].worker == worker)
+				tile->opinions[k] = tile->opinions[--tile->opinion_count];
+	}
+}
+
+void pen_backlog_opine(struct pen_backlog *backlog, uint32_t tile, uint64_t worker, uint64_t digest)
+{
+	struct pen_backlog_tile *place = &backlog->tiles[tile];
+
+	assert(place->opinion_count < PEN_BACKLOG_OPINIONS);
+	place->opinions[place->opinion_count++] = (struct pen_backlog_opinion){worker, digest};
 }
 
 bool pen_backlog_blame(struct pen_backlog *backlog, uint32_t index, uint64_t worker)

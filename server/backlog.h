@@ -68,6 +68,21 @@ bool pen_backlog_asks(struct pen_backlog *backlog);
 /* What each tile shall have, as far as is decided now. True when no tile lacks anything. */
 bool pen_backlog_decided(struct pen_backlog *backlog, const struct pen_demand *demands);
 
+/* What workers made of the tile's next round, while that has to be the same twice: at most two. */
+struct pen_backlog_opinion {
+	uint64_t worker, digest;
+};
+enum { PEN_BACKLOG_OPINIONS = 2 };
+uint32_t pen_backlog_opinions(const struct pen_backlog *backlog, uint32_t tile);
+const struct pen_backlog_opinion *pen_backlog_opinion(
+	const struct pen_backlog *backlog, uint32_t tile, uint32_t index);
+bool pen_backlog_has_opinion(const struct pen_backlog *backlog, uint32_t tile, uint64_t worker);
+
+/* What worker made of any tile counts no more. */
+void pen_backlog_retract(struct pen_backlog *backlog, uint64_t worker);
+void pen_backlog_opine(
+	struct pen_backlog *backlog, uint32_t tile, uint64_t worker, uint64_t digest);
+
 /* The unit failed on worker by its own fault. False when that was once too often. */
 bool pen_backlog_blame(struct pen_backlog *backlog, uint32_t tile, uint64_t worker);
 

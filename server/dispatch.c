@@ -14,18 +14,19 @@ struct pen_dispatch {
 	struct pen_sched *sched;
 	struct pen_dispatch_jobs jobs;
 	struct pen_dispatch_farm farm;
+	float *pixels; /* of the result that is being taken; NULL: they have been passed on */
 	bool stepping;
 	bool stopped;
 };
 
-int pen_dispatch_create(struct pen_dispatch **ret_dispatch, struct pen_error *err)
+int pen_dispatch_create(uint64_t secret, struct pen_dispatch **ret_dispatch, struct pen_error *err)
 {
 	struct pen_dispatch *dispatch = calloc(1, sizeof *dispatch);
 	int r;
 
 	if (!dispatch)
 		return pen_error_memory(err);
-	r = pen_sched_create(&dispatch->sched, err);
+	r = pen_sched_create(secret, &dispatch->sched, err);
 	if (r < 0) {
 		free(dispatch);
 		return r;
@@ -79,6 +80,13 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease, has_mask ? mask : NULL);
 }
 
+static enum pen_dispatch_custody custody_of(enum pen_sched_action_type type)
+{
+	if (type == PEN_SCHED_RELEASED)
+		return PEN_CUSTODY_NONE;
+	return type == PEN_SCHED_CONVICTED ? PEN_CUSTODY_LIAR : PEN_CUSTODY_STRIKES;
+}
+
 static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
 {
 	const struct pen_dispatch_jobs *jobs = &dispatch->jobs;
@@ -99,10 +107,19 @@ static void perform(struct pen_dispatch *dispatch, const struct pen_sched_action
 	case PEN_SCHED_ABANDONED:
 		jobs->ended(jobs->user, action->job, PEN_DISPATCH_ABANDONED, NULL);
 		break;
+	case PEN_SCHED_TAINTED:
+		jobs->ended(jobs->user, action->job, PEN_DISPATCH_TAINTED, NULL);
+		break;
+	case PEN_SCHED_COMMIT:
+		jobs->merge(jobs->user, action->job, action->frame, action->tile, action->round,
+			dispatch->pixels);
+		dispatch->pixels = NULL;
+		break;
 	case PEN_SCHED_QUARANTINED:
+	case PEN_SCHED_CONVICTED:
 	case PEN_SCHED_RELEASED:
 		dispatch->farm.quarantined(
-			dispatch->farm.user, action->worker, action->type == PEN_SCHED_QUARANTINED);
+			dispatch->farm.user, action->worker, custody_of(action->type));
 		break;
 	}
 }
@@ -259,6 +276,17 @@ static const char *find_defect(const struct pen_msg_result *result, const float 
 	return NULL;
 }
 
+/* Nobody can make other pixels with the same. */
+static uint64_t digest(const float *pixels, size_t size)
+{
+	struct pen_sha256 sha256 = {{0}};
+	uint64_t first;
+
+	(void)pen_sha256_of(pixels, size, &sha256, NULL);
+	memcpy(&first, sha256.bytes, sizeof first);
+	return first;
+}
+
 enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uint64_t worker,
 	const struct pen_msg_result *result, const void *payload, size_t size,
 	uint64_t *ret_samples)
@@ -271,7 +299,6 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	struct pen_film film;
 	struct pen_rounds rounds;
 	struct pen_round samples;
-	uint32_t frame;
 	struct pen_rect rect;
 	uint64_t area;
 	const char *defect;
@@ -289,7 +316,6 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	film = pen_job_film(job);
 	has_mask = dispatch->jobs.mask(
 		dispatch->jobs.user, lease->job, lease->frame, lease->tile, lease->round, mask);
-	frame = lease->frame;
 
 	/* The payload lies unaligned in the connection's buffer, which is about to be reused. */
 	pixels = malloc(size > 0 ? size : 1);
@@ -305,12 +331,14 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_OWN, defect);
 		return PEN_OUTCOME_BAD;
 	}
+	dispatch->pixels = pixels;
 	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_RESULT,
 			       .worker = worker,
 			       .lease = result->lease,
+			       .digest = job->verify == PEN_VERIFY_NONE ? 0 : digest(pixels, size),
 			       .u.seconds = 1e-6 * result->render_us});
-	dispatch->jobs.merge(
-		dispatch->jobs.user, result->job, frame, result->tile, result->round, pixels);
+	free(dispatch->pixels);
+	dispatch->pixels = NULL;
 	*ret_samples =
 		(has_mask ? pen_mask_count(mask, rect) : area) * (samples.end - samples.first);
 	return PEN_OUTCOME_GOOD;

@@ -18,7 +18,12 @@
  */
 struct pen_dispatch;
 
-enum pen_dispatch_end { PEN_DISPATCH_RENDERED, PEN_DISPATCH_FAILED, PEN_DISPATCH_ABANDONED };
+enum pen_dispatch_end {
+	PEN_DISPATCH_RENDERED,
+	PEN_DISPATCH_FAILED,
+	PEN_DISPATCH_ABANDONED, /* by all workers of its class: to be rendered from nothing */
+	PEN_DISPATCH_TAINTED	/* by a worker whose pixels were wrong: likewise */
+};
 
 struct pen_dispatch_jobs {
 	const struct pen_job *(*find)(void *user, uint64_t number);
@@ -42,17 +47,24 @@ struct pen_dispatch_jobs {
 	void *user;
 };
 
+/* Whether a worker takes leases. */
+enum pen_dispatch_custody {
+	PEN_CUSTODY_NONE,
+	PEN_CUSTODY_STRIKES, /* not for now: others could render what it failed at */
+	PEN_CUSTODY_LIAR     /* not until it is reset: its pixels were wrong */
+};
+
 struct pen_dispatch_farm {
 	/* mask: of the tile's pixels; NULL: all of them. */
 	void (*lease)(void *user, uint64_t worker, const struct pen_msg_lease *lease,
 		const uint8_t *mask);
 	void (*revoke)(void *user, uint64_t worker, uint64_t lease);
-	/* It takes no more leases for now, or again. */
-	void (*quarantined)(void *user, uint64_t worker, bool quarantined);
+	void (*quarantined)(void *user, uint64_t worker, enum pen_dispatch_custody custody);
 	void *user;
 };
 
-int pen_dispatch_create(struct pen_dispatch **ret_dispatch, struct pen_error *err);
+/* secret: see pen_sched_create. */
+int pen_dispatch_create(uint64_t secret, struct pen_dispatch **ret_dispatch, struct pen_error *err);
 void pen_dispatch_destroy(struct pen_dispatch *dispatch);
 
 /* Both are set once, before any event. */

@@ -126,8 +126,8 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s",
 		(unsigned long long)worker->shown.id, worker->shown.name, worker->shown.address,
 		worker->shown.processes, worker->shown.equivalence_class);
-	added = (struct pen_sched_worker){
-		worker->shown.id, worker->shown.processes, worker->shown.equivalence_class};
+	added = (struct pen_sched_worker){worker->shown.id, worker->shown.processes,
+		worker->shown.equivalence_class, hello->key[0] != '\0'};
 	if (pen_dispatch_add_worker(farm->dispatch, &added, NULL) < 0)
 		pen_link_close(worker->link);
 }
@@ -351,17 +351,20 @@ static void send_revoke(void *user, uint64_t id, uint64_t lease)
 	pen_link_send(worker->link, &msg);
 }
 
-static void note_quarantine(void *user, uint64_t id, bool quarantined)
+static void note_quarantine(void *user, uint64_t id, enum pen_dispatch_custody custody)
 {
+	static const char *const texts[] = {
+		[PEN_CUSTODY_NONE] = "is out of quarantine",
+		[PEN_CUSTODY_STRIKES] = "is in quarantine: others could render what it failed at",
+		[PEN_CUSTODY_LIAR] = "is in quarantine: its pixels were wrong",
+	};
 	struct worker *worker = find_worker(user, id);
 
 	if (!worker)
 		return;
-	worker->shown.quarantined = quarantined;
-	pen_log(quarantined ? PEN_LOG_ERROR : PEN_LOG_INFO, "worker %llu (%s) %s",
-		(unsigned long long)id, worker->shown.name,
-		quarantined ? "is in quarantine: others could render what it failed at"
-			    : "is out of quarantine");
+	worker->shown.quarantined = custody != PEN_CUSTODY_NONE;
+	pen_log(custody == PEN_CUSTODY_NONE ? PEN_LOG_INFO : PEN_LOG_ERROR, "worker %llu (%s) %s",
+		(unsigned long long)id, worker->shown.name, texts[custody]);
 }
 
 /* The farm itself */

@@ -8,6 +8,7 @@
 #include "core/base/tile.h"
 #include "core/scene/parse.h"
 #include "core/scene/planes.h"
+#include "server/verify.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -51,6 +52,7 @@ struct pen_job {
 	char *name;			 /* from the options, or NULL */
 	bool is_preview;		 /* nothing of it outlives the coordinator */
 	int64_t deadline_ms;		 /* not done by then, it fails; wall time, 0 = none */
+	enum pen_verify verify;		 /* how much of it is rendered twice */
 	bool has_key;			 /* it was asked for with an Idempotency-Key: */
 	struct pen_sha256 key, key_body; /* the digest of that, and of what came with it */
 	struct pen_sha256 scene_sha256;	 /* of the canonical text */
@@ -131,6 +133,7 @@ struct pen_submission {
 	bool has_key;		  /* then: see struct pen_job */
 	struct pen_sha256 key, key_body;
 	bool is_preview;
+	enum pen_verify verify;
 	double deadline_s;		/* from now on; 0 = none */
 	char replaces[PEN_JOB_ID_TEXT]; /* a render that is cancelled for it; "" = none */
 };

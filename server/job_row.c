@@ -13,13 +13,13 @@
 	"units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms, "             \
 	"restarts, error_code, error_text, image_revision, aovs, mode, threshold, error, "         \
 	"confidence, min_samples, frame_first, frame_count, frames_done, errors, "                 \
-	"warnings, samples_passed, deadline_ms, key, key_body"
+	"warnings, samples_passed, deadline_ms, key, key_body, verify"
 
 const char pen_job_row_put[] =
 	"INSERT OR REPLACE INTO jobs (" COLUMNS ")"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, "
 	"?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34, "
-	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43)";
+	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43, ?44)";
 
 const char pen_job_row_load[] = "SELECT " COLUMNS " FROM jobs ORDER BY number";
 
@@ -89,6 +89,7 @@ void pen_job_row_bind(struct sqlite3_stmt *put, const struct pen_job *job)
 	(void)sqlite3_bind_int64(statement, 41, job->deadline_ms);
 	bind_hash(statement, 42, job->has_key, &job->key);
 	bind_hash(statement, 43, job->has_key, &job->key_body);
+	bind_number(statement, 44, job->verify);
 }
 
 static void copy_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
@@ -168,12 +169,14 @@ bool pen_job_row_read(struct sqlite3_stmt *row, struct pen_job *ret_job)
 	job.samples_passed = column_number(row, 39);
 	job.deadline_ms = sqlite3_column_int64(row, 40);
 	job.has_key = read_hash(row, 41, &job.key) && read_hash(row, 42, &job.key_body);
+	job.verify = (enum pen_verify)column_count(row, 43);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		!read_hash(row, 4, &job.scene_sha256) || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||
 		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.sampling.samples == 0 ||
 		job.sampling.samples > PEN_SAMPLES_MAX ||
-		job.sampling.mode > PEN_SAMPLING_INTERLEAVED || !frames_valid(&job))
+		job.sampling.mode > PEN_SAMPLING_INTERLEAVED || job.verify > PEN_VERIFY_FULL ||
+		!frames_valid(&job))
 		return false;
 	pen_tiling_init(&job.tiling, crop, tile_px);
 	job.name = column_text(row, 3);

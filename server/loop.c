@@ -17,9 +17,11 @@
 
 #include <arpa/inet.h>
 #include <assert.h>
+#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/random.h>
 #include <sys/resource.h>
 #include <unistd.h>
 #include <uv.h>
@@ -113,6 +115,15 @@ static void start_signals(struct pen_server *server)
 	}
 }
 
+static int create_dispatch(struct pen_server *server, struct pen_error *err)
+{
+	uint64_t secret;
+
+	if (getrandom(&secret, sizeof secret, 0) != sizeof secret)
+		return pen_error_system(err, errno, "no random bits");
+	return pen_dispatch_create(secret, &server->dispatch, err);
+}
+
 static int start_jobs(struct pen_server *server, struct pen_error *err)
 {
 	const struct pen_config *config = server->config;
@@ -133,7 +144,7 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 	int r = pen_store_create(&server->loop, server->data.path, &server->store, err);
 
 	if (r == 0)
-		r = pen_dispatch_create(&server->dispatch, err);
+		r = create_dispatch(server, err);
 	jobs.store = server->store;
 	jobs.dispatch = farm.dispatch = server->dispatch;
 	if (r == 0)

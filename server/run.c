@@ -308,6 +308,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 		.frame_end = run->job.frame_first + run->job.frame_count,
 		.rounds = pen_sampling_rounds(&run->job.sampling),
 		.priority = run->job.priority,
+		.verify = run->job.verify,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,
 	};
@@ -671,15 +672,14 @@ static void forget_pixels(struct pen_run *run)
 	run->running_ms = 0;
 }
 
-/* Its class has gone: another one may start, from nothing, when that is stored. */
-static void restart(struct pen_jobs *jobs, struct pen_run *run)
+/* Another worker may start, from nothing, when that is stored. */
+static void restart(struct pen_jobs *jobs, struct pen_run *run, const char *why)
 {
 	struct pen_change *change = pen_change_create(jobs, &run->job, NULL, NULL);
 	struct pen_error err;
 	int r;
 
-	pen_log(PEN_LOG_WARNING, "render %s: no worker of its class is left, it starts again",
-		run->job.id);
+	pen_log(PEN_LOG_WARNING, "render %s: %s, it starts again", run->job.id, why);
 	forget_pixels(run);
 	run->job.restarts++;
 	run->begun = true;
@@ -707,7 +707,10 @@ static void dispatch_ended(
 
 	switch (end) {
 	case PEN_DISPATCH_RENDERED: return; /* it is done when its frames are on the disk */
-	case PEN_DISPATCH_ABANDONED: restart(jobs, run); return;
+	case PEN_DISPATCH_ABANDONED: restart(jobs, run, "no worker of its class is left"); return;
+	case PEN_DISPATCH_TAINTED:
+		restart(jobs, run, "it has pixels of a worker whose pixels are wrong");
+		return;
 	case PEN_DISPATCH_FAILED: break;
 	}
 	pen_run_halt(run);

@@ -8,12 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-int pen_sched_create(struct pen_sched **ret_sched, struct pen_error *err)
+int pen_sched_create(uint64_t secret, struct pen_sched **ret_sched, struct pen_error *err)
 {
 	struct pen_sched *sched = calloc(1, sizeof *sched);
 
 	if (!sched)
 		return pen_error_memory(err);
+	sched->secret = secret;
 	*ret_sched = sched;
 	return 0;
 }
@@ -73,7 +74,7 @@ static int reserve(void **items, size_t *capacity, size_t count, size_t size)
  */
 static int reserve_actions(struct pen_sched *sched, size_t more_leases, size_t more_jobs)
 {
-	size_t count = 2 * (sched->lease_places + more_leases) + sched->worker_capacity +
+	size_t count = 2 * (sched->lease_places + more_leases) + 2 * sched->worker_capacity + 1 +
 		       (2 + PEN_REEL_FRAMES_MAX) * (sched->job_count + more_jobs);
 	void *items = sched->actions;
 	int r = reserve(&items, &sched->action_capacity, count, sizeof *sched->actions);
@@ -120,7 +121,8 @@ int pen_sched_add_job(
 	job->number = given->number;
 	job->priority = given->priority;
 	job->paused = given->paused;
-	job->absent_ms = -1;
+	job->absent_ms = job->disputed_ms = -1;
+	job->verify = given->verify;
 	job->virtual_seconds = sched->virtual_seconds;
 	if (given->equivalence_class)
 		(void)snprintf(job->equivalence_class, sizeof job->equivalence_class, "%s",
@@ -143,6 +145,7 @@ int pen_sched_add_worker(
 	}
 	worker->id = given->id;
 	worker->processes = given->processes;
+	worker->trusted = given->trusted;
 	worker->lease_max = lease_max;
 	(void)snprintf(worker->equivalence_class, sizeof worker->equivalence_class, "%s",
 		given->equivalence_class);
@@ -261,14 +264,14 @@ static void handle_progress(struct pen_sched *sched, struct pen_sched_hand *work
 }
 
 static void handle_result(struct pen_sched *sched, struct pen_sched_hand *worker,
-	struct pen_sched_lease *lease, double seconds)
+	struct pen_sched_lease *lease, double seconds, uint64_t digest)
 {
 	struct pen_sched_turn *job = pen_sched_job_of(sched, lease);
 	const struct pen_backlog *backlog = pen_reel_backlog(&job->reel, lease->frame);
 
 	job->virtual_seconds += seconds / pen_sched_weight(job) - lease->charge;
 	pen_sched_measure(job, seconds, (double)pen_backlog_samples(backlog, lease->tile));
-	pen_sched_win(sched, worker, lease);
+	pen_sched_take_result(sched, worker, lease, digest);
 }
 
 /* Asks for a decision on each frame that waits for one, once. */
@@ -362,6 +365,7 @@ static void handle_tick(struct pen_sched *sched)
 		ask(sched, sched->jobs[i]);
 		check_class(sched, sched->jobs[i]);
 	}
+	pen_sched_check_disputes(sched);
 }
 
 static void handle_reset(struct pen_sched *sched, struct pen_sched_hand *worker)
@@ -384,7 +388,7 @@ static void handle_worker(struct pen_sched *sched, const struct pen_sched_event 
 	else if (lease && event->type == PEN_SCHED_PROGRESS)
 		handle_progress(sched, worker, lease, event->u.samples);
 	else if (lease && event->type == PEN_SCHED_RESULT)
-		handle_result(sched, worker, lease, event->u.seconds);
+		handle_result(sched, worker, lease, event->u.seconds, event->digest);
 	else if (lease && event->type == PEN_SCHED_FAILURE)
 		pen_sched_lose(
 			sched, worker, lease, event->u.failure.fault, event->u.failure.reason);

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/tile.h"
 #include "server/quota.h"
+#include "server/verify.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -30,6 +31,11 @@
  * another worker while there is one; being killed from outside, or losing the worker, costs
  * nothing PEN_KILLS_MAX times. When another worker renders what some have failed at, it was their
  * fault: that is a strike each, and PEN_STRIKES_MAX of them put a worker into quarantine.
+ *
+ * Verification: what server/verify.h says is rendered a second time, by another worker while there
+ * is one, and counts when both results are the same. If they are not, a third worker decides, or
+ * trust; the liar is convicted, and jobs that hold anything of its that nobody checked start again.
+ * When three disagree, or no third comes within PEN_CLASS_ABSENT_MS, the job fails.
  *
  * Stragglers: when nothing waits for a process and three quarters of a frame's tiles are done, it
  * gets a unit that another worker has been at for PEN_STRAGGLER_LATENESS times the median of its
@@ -73,6 +79,7 @@ struct pen_sched_event {
 	uint64_t job;	 /* JOB_*, MERGED, DECIDED */
 	uint64_t worker; /* WORKER_*, PROGRESS, RESULT, FAILURE */
 	uint64_t lease;	 /* PROGRESS, RESULT, FAILURE: one that is not live is ignored */
+	uint64_t digest; /* RESULT, of a job that is verified: of its pixels */
 	union {
 		uint32_t priority;
 		uint64_t samples; /* PROGRESS: finished so far */
@@ -95,11 +102,14 @@ enum pen_sched_action_type {
 	PEN_SCHED_LEASE,
 	PEN_SCHED_REVOKE,
 	PEN_SCHED_STARTED,     /* first lease: the job now belongs to a class */
+	PEN_SCHED_COMMIT,      /* the pixels of this step's RESULT are to be merged */
 	PEN_SCHED_DECIDE,      /* what the tiles of a frame shall have further */
 	PEN_SCHED_RENDERED,    /* every unit merged; the job has been dropped */
 	PEN_SCHED_FAILED,      /* for a reason; dropped */
 	PEN_SCHED_ABANDONED,   /* no worker of its class for a minute; dropped, to be added anew */
+	PEN_SCHED_TAINTED,     /* pixels of it may be wrong; dropped, to be added from nothing */
 	PEN_SCHED_QUARANTINED, /* worker: it takes no more leases for now */
+	PEN_SCHED_CONVICTED,   /* the same until it is reset: its pixels were wrong */
 	PEN_SCHED_RELEASED     /* worker: it takes leases again */
 };
 
@@ -123,6 +133,7 @@ struct pen_sched_job {
 	struct pen_rounds rounds;
 	uint32_t priority;
 	bool paused;
+	enum pen_verify verify;
 	const char *equivalence_class;	  /* NULL: not chosen yet */
 	const uint16_t *merged;		  /* rounds, as pen_reel_init takes them */
 	const struct pen_demand *demands; /* likewise: what is decided already */
@@ -132,6 +143,7 @@ struct pen_sched_worker {
 	uint64_t id; /* never used twice */
 	uint32_t processes;
 	const char *equivalence_class;
+	bool trusted; /* more than those that are not: of two that disagree it has it right */
 };
 
 /* A live lease. */
@@ -147,7 +159,8 @@ struct pen_sched_lease {
 	bool doubled;	  /* another worker has a lease of the same unit */
 };
 
-int pen_sched_create(struct pen_sched **ret_sched, struct pen_error *err);
+/* secret: chooses what is rendered a second time. */
+int pen_sched_create(uint64_t secret, struct pen_sched **ret_sched, struct pen_error *err);
 void pen_sched_destroy(struct pen_sched *sched);
 
 /* Everything given is copied. The job gets its first leases in the next step. */

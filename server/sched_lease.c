@@ -81,7 +81,7 @@ void pen_sched_drop_job(struct pen_sched *sched, struct pen_sched_turn *job)
 	sched->dropped = job;
 }
 
-static void fail_job(struct pen_sched *sched, struct pen_sched_turn *job)
+void pen_sched_fail_job(struct pen_sched *sched, struct pen_sched_turn *job)
 {
 	pen_sched_act(sched, PEN_SCHED_FAILED, job)->text = job->reason.text;
 	pen_sched_drop_job(sched, job);
@@ -119,7 +119,7 @@ void pen_sched_lose(struct pen_sched *sched, struct pen_sched_hand *worker,
 	requeue(sched, job, lease);
 	end_lease(sched, worker, lease);
 	if (!survives)
-		fail_job(sched, job);
+		pen_sched_fail_job(sched, job);
 }
 
 void pen_sched_expire(struct pen_sched *sched, struct pen_sched_hand *worker,
@@ -151,15 +151,32 @@ void pen_sched_release(struct pen_sched *sched, struct pen_sched_hand *worker, u
 }
 
 /* It keeps its connection, and what it has done; it is given nothing more. */
-static void quarantine(struct pen_sched *sched, struct pen_sched_hand *worker)
+void pen_sched_quarantine(struct pen_sched *sched, struct pen_sched_hand *worker, bool for_good)
 {
-	tell_of(sched, PEN_SCHED_QUARANTINED, worker);
+	tell_of(sched, for_good ? PEN_SCHED_CONVICTED : PEN_SCHED_QUARANTINED, worker);
 	worker->quarantined = true;
-	worker->release_ms = sched->now_ms + PEN_QUARANTINE_MS;
+	worker->release_ms = for_good ? INT64_MAX : sched->now_ms + PEN_QUARANTINE_MS;
 	for (uint32_t i = 0; i < worker->lease_max; i++)
 		if (worker->leases[i].id != 0)
 			pen_sched_expire(
 				sched, worker, &worker->leases[i], PEN_SCHED_FAULT_RETURNED, "");
+}
+
+void pen_sched_defer(
+	struct pen_sched *sched, struct pen_sched_hand *worker, struct pen_sched_lease *lease)
+{
+	struct pen_sched_turn *job = pen_sched_job_of(sched, lease);
+
+	/* The time was spent: it is not given back. */
+	lease->charge = 0;
+	requeue(sched, job, lease);
+	end_lease(sched, worker, lease);
+}
+
+void pen_sched_strike(struct pen_sched *sched, struct pen_sched_hand *worker)
+{
+	if (++worker->strikes == PEN_STRIKES_MAX)
+		pen_sched_quarantine(sched, worker, false);
 }
 
 /* A unit that others failed at can be rendered: it was their fault. */
@@ -172,8 +189,7 @@ static void strike_blamed(struct pen_sched *sched, const struct pen_sched_hand *
 		if (worker == winner || worker->quarantined ||
 			!pen_backlog_failed_on(backlog, tile, worker->id))
 			continue;
-		if (++worker->strikes == PEN_STRIKES_MAX)
-			quarantine(sched, worker);
+		pen_sched_strike(sched, worker);
 	}
 }
 
@@ -182,7 +198,8 @@ void pen_sched_win(
 {
 	struct pen_sched_turn *job = pen_sched_job_of(sched, lease);
 	struct pen_backlog *backlog = pen_reel_backlog(&job->reel, lease->frame);
-	const uint32_t tile = lease->tile;
+	const uint32_t tile = lease->tile, frame = lease->frame, round = lease->round;
+	struct pen_sched_action *action;
 	struct pen_sched_hand *holder;
 	struct pen_sched_lease *twin = find_twin(sched, lease, &holder);
 
@@ -190,6 +207,10 @@ void pen_sched_win(
 		job->virtual_seconds -= twin->charge;
 		revoke(sched, holder, twin, job);
 	}
+	action = pen_sched_act(sched, PEN_SCHED_COMMIT, job);
+	action->frame = frame;
+	action->tile = tile;
+	action->round = round;
 	pen_backlog_deliver(backlog, tile);
 	sched->merging++;
 	end_lease(sched, worker, lease);

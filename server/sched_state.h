@@ -19,7 +19,10 @@ struct pen_sched_turn {
 	struct pen_reel reel;
 	uint32_t priority;
 	bool paused;
-	bool started; /* it has had a lease since it was added */
+	enum pen_verify verify;
+	uint64_t unaudited;  /* a bit for each worker whose pixels nobody has checked */
+	int64_t disputed_ms; /* since when two disagree and nobody can decide; < 0: they do not */
+	bool started;	     /* it has had a lease since it was added */
 	bool active;
 	char equivalence_class[PEN_CLASS_BYTES_MAX + 1]; /* "": not chosen yet */
 	int64_t absent_ms;	      /* since when its class is absent; < 0: it is not */
@@ -36,10 +39,12 @@ struct pen_sched_hand {
 	uint32_t processes;
 	char equivalence_class[PEN_CLASS_BYTES_MAX + 1];
 	bool draining;
+	bool trusted;
 	bool quarantined;
 	int64_t release_ms; /* from quarantine */
 	bool idle;	    /* there is nothing for it in this step */
 	uint32_t strikes, units;
+	uint32_t audits; /* in a row that found it right */
 	uint32_t lease_count, lease_max;
 	struct pen_sched_lease leases[]; /* lease_max */
 };
@@ -54,6 +59,7 @@ struct pen_sched {
 	size_t lease_places;		/* of all workers */
 	struct pen_sched_turn *dropped; /* freed by the next step: actions point into them */
 	uint64_t lease_last;
+	uint64_t secret;
 	uint32_t merging;
 	double virtual_seconds; /* of the job leased from last: where a new one starts */
 	int64_t now_ms;
@@ -120,12 +126,41 @@ void pen_sched_lose(struct pen_sched *sched, struct pen_sched_hand *worker,
 void pen_sched_expire(struct pen_sched *sched, struct pen_sched_hand *worker,
 	struct pen_sched_lease *lease, enum pen_sched_fault fault, const char *reason);
 
+/* for_good: until it is reset. */
+void pen_sched_quarantine(struct pen_sched *sched, struct pen_sched_hand *worker, bool for_good);
+
+/* Its fault; the last of PEN_STRIKES_MAX puts it into quarantine. */
+void pen_sched_strike(struct pen_sched *sched, struct pen_sched_hand *worker);
+
 /* It takes leases again; with so many strikes against it. */
 void pen_sched_release(struct pen_sched *sched, struct pen_sched_hand *worker, uint32_t strikes);
 
 void pen_sched_revoke_all(struct pen_sched *sched, struct pen_sched_turn *job);
 
+/* For the reason that it has. */
+void pen_sched_fail_job(struct pen_sched *sched, struct pen_sched_turn *job);
+
+/* The lease has brought pixels that do not count yet: the unit waits again. */
+void pen_sched_defer(
+	struct pen_sched *sched, struct pen_sched_hand *worker, struct pen_sched_lease *lease);
+
 /* The job leaves; its memory stays for the actions of this step. */
 void pen_sched_drop_job(struct pen_sched *sched, struct pen_sched_turn *job);
+
+/* sched_audit.c */
+
+/*
+ * A valid result: merges its pixels, remembers what they were until another worker has rendered the
+ * same, or finds out who lies.
+ */
+void pen_sched_take_result(struct pen_sched *sched, struct pen_sched_hand *worker,
+	struct pen_sched_lease *lease, uint64_t digest);
+
+/* Fails jobs that have waited too long for somebody to decide. */
+void pen_sched_check_disputes(struct pen_sched *sched);
+
+/* Whether worker may render a unit, as far as its being rendered twice is concerned. */
+bool pen_sched_may_opine(const struct pen_sched *sched, const struct pen_sched_turn *job,
+	const struct pen_backlog *backlog, uint32_t tile, const struct pen_sched_hand *worker);
 
 #endif

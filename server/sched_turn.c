@@ -24,10 +24,18 @@ static bool avoids(const struct pen_sched *sched, const struct pen_sched_turn *j
 		const struct pen_sched_hand *other = sched->workers[i];
 
 		if (pen_sched_serves(other, job) &&
-			!pen_backlog_failed_on(backlog, tile, other->id))
+			!pen_backlog_failed_on(backlog, tile, other->id) &&
+			!pen_backlog_has_opinion(backlog, tile, other->id))
 			return true;
 	}
 	return false;
+}
+
+static bool suits(const struct pen_sched *sched, const struct pen_sched_turn *job,
+	const struct pen_backlog *backlog, uint32_t tile, const struct pen_sched_hand *worker)
+{
+	return !avoids(sched, job, backlog, tile, worker) &&
+	       pen_sched_may_opine(sched, job, backlog, tile, worker);
 }
 
 /* A unit that waits: its place in the queue of its frame. */
@@ -43,7 +51,7 @@ static bool find_unit_of_frame(const struct pen_sched *sched, const struct pen_s
 	bool found = false;
 
 	for (uint32_t i = 0; i < waiting->count; i++) {
-		if (avoids(sched, job, backlog, pen_tile_queue_at(waiting, i), worker))
+		if (!suits(sched, job, backlog, pen_tile_queue_at(waiting, i), worker))
 			continue;
 		if (!found || pen_tile_queue_before(waiting, i, unit->place))
 			unit->place = i;
@@ -213,6 +221,7 @@ static bool may_double(const struct pen_sched *sched, const struct pen_sched_han
 	backlog = pen_reel_backlog(&job->reel, lease->frame);
 	return pen_sched_serves(worker, job) && is_at_tail(backlog) &&
 	       !pen_backlog_failed_on(backlog, lease->tile, worker->id) &&
+	       !pen_backlog_has_opinion(backlog, lease->tile, worker->id) &&
 	       pen_sched_lateness(sched, job, lease) > PEN_STRAGGLER_LATENESS;
 }
 

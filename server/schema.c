@@ -63,4 +63,8 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE jobs ADD COLUMN key_body BLOB;"
 	"PRAGMA user_version = 6;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN verify INTEGER NOT NULL DEFAULT 0;"
+	"PRAGMA user_version = 7;"
+	"COMMIT;",
 };

@@ -67,10 +67,11 @@ static const char *read_priority(struct pen_submission_reading *reading, const j
 
 static const char *read_verify(struct pen_submission_reading *reading, const json_t *value)
 {
-	(void)reading;
-	if (json_is_string(value) && strcmp(json_string_value(value), "none") == 0)
-		return NULL;
-	return "anything but \"none\" is not supported yet";
+	const char *name = json_string_value(value);
+
+	return name && pen_verify_parse(name, &reading->submission.verify)
+		       ? NULL
+		       : "must be \"none\", \"spot\" or \"full\"";
 }
 
 static const char *read_preview(struct pen_submission_reading *reading, const json_t *value)

@@ -42,6 +42,8 @@ static void add(struct sim_result *total, const struct sim_result *result)
 	total->stale += result->stale;
 	total->doubled += result->doubled;
 	total->quarantines += result->quarantines;
+	total->convictions += result->convictions;
+	total->escapes += result->escapes;
 	total->done += result->done;
 	total->failed += result->failed;
 	total->cancelled += result->cancelled;
@@ -73,9 +75,10 @@ static void report(const struct sim_result *total)
 	printf("renders: %" PRIu32 " done, %" PRIu32 " failed, %" PRIu32 " cancelled\n",
 		total->done, total->failed, total->cancelled);
 	printf("steps: %" PRIu64 ", commits: %" PRIu64 ", results refused: %" PRIu64
-	       ", doubled: %" PRIu64 ", quarantines: %" PRIu64 ", log %016" PRIx64 "\nfaults:",
+	       ", doubled: %" PRIu64 ", quarantines: %" PRIu64 ", convictions: %" PRIu64
+	       ", escapes: %" PRIu64 ", log %016" PRIx64 "\nfaults:",
 		total->steps, total->commits, total->stale, total->doubled, total->quarantines,
-		total->log);
+		total->convictions, total->escapes, total->log);
 	for (int i = 0; i < SIM_FAULTS; i++)
 		printf(" %s %" PRIu64, sim_fault_names[i], total->fired[i]);
 	printf("\n");

@@ -35,16 +35,14 @@ static struct pen_msg_lease *find_held(struct peer *peer, uint64_t lease)
 	return NULL;
 }
 
-/* The lease ends; good when its pixels are on their way into the framebuffer. */
-static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *held, bool good)
+static void end_held(struct sim *sim, struct peer *peer, struct pen_msg_lease *held)
 {
 	struct sim_job *job = sim_find_job(sim, held->job);
 
 	struct sim_tile *tile = &job->cells[sim_cell(job, held->frame, held->tile)];
 
 	tile->out--;
-	tile->merging = tile->merging || good;
-	job->losses += !good;
+	job->losses++;
 	*held = peer->leases[--peer->count];
 }
 
@@ -179,21 +177,36 @@ static void dispatch_revoke(void *user, uint64_t id, uint64_t lease)
 			      .worker = (uint32_t)(peer - sim->peers),
 			      .connection = peer->connection,
 			      .lease = *held});
-	end_held(sim, peer, held, false);
+	end_held(sim, peer, held);
 }
 
-static void dispatch_quarantined(void *user, uint64_t id, bool quarantined)
+static void dispatch_quarantined(void *user, uint64_t id, enum pen_dispatch_custody custody)
 {
 	struct sim *sim = user;
 	struct peer *peer = find_peer(sim, id);
 
-	sim_note(sim, 6 ^ id << 4 ^ (uint64_t)quarantined << 12);
-	if (!peer || peer->quarantined == quarantined) {
+	sim_note(sim, 6 ^ id << 4 ^ (uint64_t)custody << 12);
+	if (!peer || (peer->quarantined && custody == PEN_CUSTODY_STRIKES) ||
+		(!peer->quarantined && custody == PEN_CUSTODY_NONE)) {
 		sim_violate(sim, "a worker goes into quarantine, or out of it, that cannot");
 		return;
 	}
-	peer->quarantined = quarantined;
-	sim->result->quarantines += quarantined;
+	if (custody == PEN_CUSTODY_LIAR && !sim->workers[peer - sim->peers].liar)
+		sim_violate(sim, "an honest worker is convicted");
+	peer->quarantined = custody != PEN_CUSTODY_NONE;
+	sim->result->quarantines += peer->quarantined;
+	if (custody != PEN_CUSTODY_LIAR)
+		return;
+	sim->convicted[sim->convictions++ % CONVICTED_MAX] = id;
+	sim->result->convictions++;
+}
+
+static bool is_convicted(const struct sim *sim, uint64_t id)
+{
+	for (uint32_t i = 0; i < CONVICTED_MAX; i++)
+		if (id != 0 && sim->convicted[i] == id)
+			return true;
+	return false;
 }
 
 static float stamp(uint64_t job, uint32_t cell, uint32_t round)
@@ -214,6 +227,28 @@ static void dispatch_started(void *user, uint64_t number, const char *equivalenc
 	job->shown.equivalence_class = job->class_text;
 }
 
+/* Wrong ones may pass where nobody looked. */
+static bool are_pixels_right(
+	const struct sim *sim, struct sim_job *job, uint32_t cell, const float *pixels)
+{
+	if (pixels[0] == stamp(job->shown.number, cell, sim->taken.round))
+		return true;
+	if (sim->lie != LIE_PIXELS || job->shown.verify == PEN_VERIFY_FULL)
+		return false;
+	job->taint = sim->teller;
+	return true;
+}
+
+/* Rounds and epochs of a tile's commits rise within one life of the coordinator and the job. */
+static void check_commit(struct sim *sim, struct sim_tile *tile, const struct pen_msg_lease *lease)
+{
+	uint64_t key = ((uint64_t)lease->round << 32 | lease->epoch) + 1;
+
+	if (key <= tile->committed)
+		sim_violate(sim, "tile %u commits round %u twice", lease->tile, lease->round);
+	tile->committed = key;
+}
+
 static void dispatch_merge(
 	void *user, uint64_t number, uint32_t frame, uint32_t tile, uint32_t round, float *pixels)
 {
@@ -224,9 +259,12 @@ static void dispatch_merge(
 	sim_note(sim, 3 ^ number << 4 ^ (uint64_t)index << 12 ^ (uint64_t)round << 20);
 	if (!sim->expect_merge)
 		sim_violate(sim, "a result without a live lease is merged");
-	else if (round != job->cells[index].rounds || pixels[0] != stamp(number, index, round))
+	else if (round != job->cells[index].rounds || !are_pixels_right(sim, job, index, pixels))
 		sim_violate(sim, "other pixels are merged than those that were leased");
+	else
+		check_commit(sim, &job->cells[index], &sim->taken);
 	sim->expect_merge = false;
+	job->cells[index].merging = true;
 	free(pixels);
 	sim->result->commits++;
 	job->canvas_ms += sim_draw(sim, 40);
@@ -305,6 +343,15 @@ static void forget_pixels(struct sim_job *job)
 	memset(job->frames, 0, sizeof job->frames);
 	job->class_text[0] = '\0';
 	job->shown.equivalence_class = NULL;
+	job->taint = 0;
+}
+
+static bool has_liar(const struct sim *sim)
+{
+	for (uint32_t i = 0; i < sim->worker_count; i++)
+		if (sim->workers[i].liar)
+			return true;
+	return false;
 }
 
 static void dispatch_ended(
@@ -322,14 +369,20 @@ static void dispatch_ended(
 	case PEN_DISPATCH_RENDERED:
 		if (!is_complete(job))
 			sim_violate(sim, "render %u lacks a tile", (unsigned)number);
+		if (is_convicted(sim, job->taint))
+			sim_violate(sim, "render %u ends with a liar's pixels", (unsigned)number);
+		sim->result->escapes += job->taint != 0;
 		break;
 	case PEN_DISPATCH_FAILED:
-		if (job->losses < PEN_BLAME_MAX || !strstr(reason, "tile"))
+		if (strstr(reason, "disagree")
+				? !has_liar(sim)
+				: job->losses < PEN_BLAME_MAX || !strstr(reason, "tile"))
 			sim_violate(sim, "render %u fails without a fault: %s", (unsigned)number,
 				reason);
 		sim_push_job(sim, job, EVENT_STORED, PEN_JOB_FAILED, sim_draw(sim, 50));
 		break;
 	case PEN_DISPATCH_ABANDONED:
+	case PEN_DISPATCH_TAINTED:
 		forget_pixels(job);
 		sim_push_job(sim, job, EVENT_BEGIN, 0, sim_draw(sim, 50));
 		break;
@@ -345,11 +398,12 @@ void sim_coordinator_start(struct sim *sim)
 	struct pen_dispatch_farm farm = {
 		dispatch_lease, dispatch_revoke, dispatch_quarantined, sim};
 
-	if (pen_dispatch_create(&sim->dispatch, NULL) < 0)
+	if (pen_dispatch_create(sim->random, &sim->dispatch, NULL) < 0)
 		abort();
 	pen_dispatch_connect_jobs(sim->dispatch, &jobs);
 	pen_dispatch_connect_farm(sim->dispatch, &farm);
 	sim->peer_last = sim->lease_last = 0;
+	memset(sim->convicted, 0, sizeof sim->convicted);
 }
 
 /* The frame goes to the disk; what the dispatch waits for with that, if anything. */
@@ -372,6 +426,7 @@ static void dispatch_job(struct sim *sim, struct sim_job *job)
 		.frame_end = 1 + job->shown.frame_count,
 		.rounds = pen_sampling_rounds(&job->shown.sampling),
 		.priority = job->shown.priority,
+		.verify = job->shown.verify,
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,
 		.merged = rounds,
@@ -408,7 +463,7 @@ static void drop_peer(struct sim *sim, struct peer *peer)
 {
 	sim->leaving = peer->id;
 	while (peer->count > 0)
-		end_held(sim, peer, &peer->leases[0], false);
+		end_held(sim, peer, &peer->leases[0]);
 	*peer = (struct peer){0};
 	pen_dispatch_remove_worker(sim->dispatch, sim->leaving);
 	sim->leaving = 0;
@@ -426,7 +481,7 @@ static void handle_hello(struct sim *sim, const struct event *event)
 {
 	struct peer *peer = &sim->peers[event->worker];
 	const struct sim_worker *worker = &sim->workers[event->worker];
-	struct pen_sched_worker added = {0, worker->processes, worker->class_text};
+	struct pen_sched_worker added = {0, worker->processes, worker->class_text, worker->trusted};
 
 	if (peer->id != 0)
 		drop_peer(sim, peer);
@@ -461,6 +516,11 @@ static size_t make_result(const struct sim_job *job, const struct pen_msg_lease 
 		if (!is_masked || pen_mask_has(mask, i))
 			pixels[i * lease->channels + PEN_CHANNEL_COUNT] = samples;
 	pixels[0] = stamp(lease->job, cell, lease->round);
+	/* Never the same twice. */
+	if (lie == LIE_PIXELS) {
+		pixels[0] += 0.125f;
+		pixels[1] = (float)lease->lease;
+	}
 	if (lie == LIE_NAN)
 		pixels[1] = NAN;
 	/* Of the second pixel, which a mask leaves out, one is too many. */
@@ -481,16 +541,6 @@ static size_t make_result(const struct sim_job *job, const struct pen_msg_lease 
 	return lie == LIE_SIZE ? size - sizeof *pixels : size;
 }
 
-/* Rounds and epochs of a tile's commits rise within one life of the coordinator and the job. */
-static void check_commit(struct sim *sim, struct sim_tile *tile, const struct pen_msg_lease *lease)
-{
-	uint64_t key = ((uint64_t)lease->round << 32 | lease->epoch) + 1;
-
-	if (key <= tile->committed)
-		sim_violate(sim, "tile %u commits round %u twice", lease->tile, lease->round);
-	tile->committed = key;
-}
-
 static void handle_result(struct sim *sim, struct peer *peer, const struct event *event)
 {
 	float pixels[16 * 16 * PEN_CHANNELS_MAX];
@@ -506,15 +556,21 @@ static void handle_result(struct sim *sim, struct peer *peer, const struct event
 	if (held && held->job == result.job && held->frame == result.frame &&
 		held->tile == result.tile && held->round == result.round &&
 		held->epoch == result.epoch)
-		expected = lie == LIE_NONE ? PEN_OUTCOME_GOOD : PEN_OUTCOME_BAD;
+		expected =
+			lie == LIE_NONE || lie == LIE_PIXELS ? PEN_OUTCOME_GOOD : PEN_OUTCOME_BAD;
 	sim->expect_merge = expected == PEN_OUTCOME_GOOD;
-	if (sim->expect_merge)
-		check_commit(sim, &job->cells[sim_cell(job, held->frame, held->tile)], held);
-	if (expected != PEN_OUTCOME_GONE)
-		end_held(sim, peer, held, sim->expect_merge);
-	else
+	sim->teller = peer->id;
+	sim->lie = lie;
+	if (expected != PEN_OUTCOME_GONE) {
+		sim->taken = *held;
+		end_held(sim, peer, held);
+	} else {
 		sim->result->stale++;
+	}
 	outcome = pen_dispatch_result(sim->dispatch, peer->id, &result, pixels, size, &samples);
+	if (sim->expect_merge && job->shown.verify == PEN_VERIFY_NONE)
+		sim_violate(sim, "a good result of tile %u is not merged", event->lease.tile);
+	sim->expect_merge = false;
 	if (outcome != expected)
 		sim_violate(sim, "a result of tile %u is taken as %u instead of %u",
 			event->lease.tile, (unsigned)outcome, (unsigned)expected);
@@ -528,7 +584,7 @@ static void handle_failure(struct sim *sim, struct peer *peer, const struct even
 	bool live = held != NULL;
 
 	if (live)
-		end_held(sim, peer, held, false);
+		end_held(sim, peer, held);
 	if ((pen_dispatch_failure(sim->dispatch, peer->id, &failure) != PEN_OUTCOME_GONE) != live)
 		sim_violate(sim, "a failure counts although its lease is not live, or does not");
 }
@@ -687,6 +743,7 @@ static void recover_job(struct sim *sim, struct sim_job *job, bool power)
 	job->incarnation++;
 	job->listed = false;
 	job->canvas_ms = 0;
+	job->taint = 0; /* peers are counted anew: nobody can tell any more */
 }
 
 void sim_coordinator_restart(struct sim *sim, bool power)

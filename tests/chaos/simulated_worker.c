@@ -85,6 +85,8 @@ static void end_unit(struct sim *sim, uint32_t index, const struct event *event)
 		return;
 	if (event->detail != PEN_FAULT_NONE)
 		answer.type = EVENT_FAILURE;
+	else if (worker->liar && pen_clock_ms() < HEAL_MS && sim_draw(sim, 10) < 3)
+		answer.detail = LIE_PIXELS;
 	else if (sim_strikes(sim, SIM_LIE))
 		answer.detail = LIE_NONE + 1 + sim_draw(sim, LIES - 1);
 	sim_post_from(sim, index, answer);

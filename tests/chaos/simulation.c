@@ -67,7 +67,8 @@ static void create_job(struct sim *sim, struct sim_job *job, uint64_t number)
 		.sampling.samples = 1 + sim_draw(sim, 80),
 		.frame_first = 1,
 		.frame_count = sim_draw(sim, 2) == 0 ? 1 : 1 + sim_draw(sim, FRAMES_MAX),
-		.priority = sim_draw(sim, 100)};
+		.priority = sim_draw(sim, 100),
+		.verify = (enum pen_verify)sim_draw(sim, 3)};
 	pen_tiling_init(&job->shown.tiling, crop, 16);
 	job->shown.sampling.mode = modes[sim_draw(sim, 3)];
 	job->shown.sampling.min_samples = 1 + sim_draw(sim, job->shown.sampling.samples);
@@ -88,8 +89,16 @@ static void create_world(struct sim *sim, uint64_t seed)
 	sim->worker_count = 1 + sim_draw(sim, WORKERS_MAX);
 	for (uint32_t i = 0; i < sim->worker_count; i++) {
 		sim->workers[i].processes = 1 + sim_draw(sim, PROCESSES_MAX);
+		sim->workers[i].trusted = sim_draw(sim, 4) == 0;
 		sim->workers[i].class_text = sim_draw(sim, 4) == 0 ? "b" : "a";
 		sim_push(sim, (struct event){.type = EVENT_DIAL, .worker = i}, sim_draw(sim, 2000));
+	}
+	/* At most one of them lies: against two of the same mind nobody is safe. */
+	if (sim_draw(sim, 3) == 0) {
+		struct sim_worker *liar = &sim->workers[sim_draw(sim, sim->worker_count)];
+
+		liar->liar = true;
+		liar->trusted = false;
 	}
 	sim->job_count = 1 + sim_draw(sim, JOBS_MAX);
 	for (uint32_t i = 0; i < sim->job_count; i++)

@@ -36,6 +36,7 @@ struct sim_result {
 	uint64_t fired[SIM_FAULTS];
 	uint64_t steps, commits, stale; /* stale: results that came too late */
 	uint64_t doubled, quarantines;	/* stragglers that were leased again; workers */
+	uint64_t convictions, escapes;	/* liars; renders that are done with their pixels */
 	uint32_t done, failed, cancelled;
 	char violation[256]; /* "": none */
 };

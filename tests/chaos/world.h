@@ -18,14 +18,26 @@ enum {
 	TILES_MAX = 16, /* of a frame */
 	FRAMES_MAX = 5,
 	CELLS_MAX = TILES_MAX * FRAMES_MAX,
+	CONVICTED_MAX = 64,
 	UNITS_MAX = 64, /* of a worker, those included that the coordinator has forgotten */
 	HEAL_MS = 600000,
-	END_MS = HEAL_MS + 4 * PEN_LEASE_HARD_MS,
+	END_MS = HEAL_MS + 8 * PEN_LEASE_HARD_MS,
 	TICK_MS = 500,
 	TORN = UINT16_MAX /* rounds in a framebuffer whose bytes fit no row */
 };
 
-enum lie { LIE_NONE, LIE_SIZE, LIE_HASH, LIE_NAN, LIE_COUNT, LIE_TILE, LIE_EPOCH, LIE_LEASE, LIES };
+enum lie {
+	LIE_NONE,
+	LIE_SIZE,
+	LIE_HASH,
+	LIE_NAN,
+	LIE_COUNT,
+	LIE_TILE,
+	LIE_EPOCH,
+	LIE_LEASE,
+	LIES,
+	LIE_PIXELS = LIES /* that cannot be seen; only liars tell it */
+};
 
 struct unit {
 	struct pen_msg_lease lease;
@@ -40,6 +52,7 @@ struct sim_worker {
 	struct unit units[UNITS_MAX];
 	uint32_t count;
 	bool leaving;
+	bool trusted, liar;
 	int64_t cut_until_ms;
 	int64_t sent_ms[2]; /* the last message to and from it arrives: wires keep the order */
 };
@@ -80,6 +93,7 @@ struct sim_job {
 	uint32_t poison;      /* the cell that always crashes; CELLS_MAX: none */
 	uint32_t losses;      /* leases that brought nothing, of the current incarnation */
 	int64_t canvas_ms;
+	uint64_t taint;	  /* the peer of which it has wrong pixels; 0: none */
 	uint32_t opening; /* complete frames that a new coordinator brings onto the disk first */
 	struct sim_frame frames[FRAMES_MAX];
 	struct sim_tile cells[CELLS_MAX]; /* tiles of all frames */
@@ -104,6 +118,11 @@ struct sim {
 	uint32_t rate[SIM_FAULTS]; /* per mille */
 	uint64_t connection_last, peer_last, lease_last, leaving;
 	bool expect_merge;
+	uint64_t teller; /* the peer of the result that is being taken */
+	struct pen_msg_lease taken;
+	enum lie lie;
+	uint64_t convicted[CONVICTED_MAX]; /* peers; the last ones */
+	uint32_t convictions;
 	struct sim_worker workers[WORKERS_MAX];
 	struct peer peers[WORKERS_MAX];
 	uint32_t worker_count, job_count;

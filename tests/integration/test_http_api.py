@@ -89,7 +89,7 @@ ENVELOPES = [
     ({"scene": SCENE, "options": {"name": "x" * 257}}, "/options/name"),
     ({"scene": SCENE, "options": {"name": 1}}, "/options/name"),
     ({"scene": SCENE, "options": {"deadline_s": 0}}, "/options/deadline_s"),
-    ({"scene": SCENE, "options": {"verify": "full"}}, "/options/verify"),
+    ({"scene": SCENE, "options": {"verify": "fully"}}, "/options/verify"),
     ({"scene": SCENE, "options": {"preview": 1}}, "/options/preview"),
     ({"scene": SCENE, "options": {"replaces": "x"}}, "/options/replaces"),
 ]

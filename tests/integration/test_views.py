@@ -84,7 +84,7 @@ def test_a_name_of_nothing_is_told(server):
     ({"preview": 1}, "/options/preview"), ({"replaces": "short"}, "/options/replaces"),
     ({"replaces": None}, "/options/replaces"), ({"deadline_s": 0}, "/options/deadline_s"),
     ({"deadline_s": "1"}, "/options/deadline_s"), ({"deadline_s": 31536001}, "/options/deadline_s"),
-    ({"verify": "full"}, "/options/verify"), ({"verfy": "none"}, "/options/verfy")])
+    ({"verify": "fully"}, "/options/verify"), ({"verfy": "none"}, "/options/verfy")])
 def test_options_that_make_no_sense_are_named(server, options, pointer):
     refused(server, {"scene": SCENE, "options": options}, pointer)
 

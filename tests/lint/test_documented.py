@@ -41,8 +41,9 @@ def commands():
     return names
 
 
-OF_PENUMBRA = [name for name in ("render", "submit", "status", "list", "watch", "cancel", "workers",
-                                 "serve", "config")]
+OF_DIRECTORIES = ["fsck", "backup", "restore"]
+OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "workers", "serve", "config",
+               *OF_DIRECTORIES]
 
 
 def test_all_commands_are_tested_here():
@@ -71,7 +72,9 @@ def test_penumbra_1_explains_every_option_and_no_other():
     assert manual_options(section(page, "penumbra serve")) == options("penumbra", "serve")
     assert manual_options(section(page, "penumbra config check")) == options("penumbra", "config")
     rest = set().union(*(options("penumbra", name) for name in OF_PENUMBRA
-                         if name not in ("render", "serve", "config")))
+                         if name not in ("render", "serve", "config", *OF_DIRECTORIES)))
+    assert manual_options(section(page, "Data directories")) == set().union(
+        *(options("penumbra", name) for name in OF_DIRECTORIES))
     assert clients == rest - (render - clients)
     assert all(re.search(rf"^\.Cm (\w+ \| )*{name}\b", page, flags=re.M) for name in commands())
 

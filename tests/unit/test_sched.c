@@ -28,13 +28,13 @@ static struct pen_sched *make_sched(void)
 {
 	struct pen_sched *sched;
 
-	assert_int_equal(pen_sched_create(&sched, NULL), 0);
+	assert_int_equal(pen_sched_create(1, &sched, NULL), 0);
 	return sched;
 }
 
 static void add_worker(struct pen_sched *sched, uint64_t id, uint32_t processes, const char *name)
 {
-	struct pen_sched_worker worker = {id, processes, name};
+	struct pen_sched_worker worker = {id, processes, name, false};
 
 	assert_int_equal(pen_sched_add_worker(sched, &worker, NULL), 0);
 }
@@ -538,7 +538,8 @@ static void test_straggler(void **state)
 				.lease = first.lease,
 				.u.seconds = 0.01},
 			now_ms);
-		assert_int_equal(actions.count, 1);
+		assert_int_equal(actions.count, 2);
+		assert_int_equal(find(actions, PEN_SCHED_COMMIT).tile, late.tile);
 		assert_int_equal(find(actions, PEN_SCHED_REVOKE).lease, last.lease);
 		assert_null(pen_sched_find_lease(sched, last.worker, last.lease));
 		actions = step(sched,
