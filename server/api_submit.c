@@ -110,6 +110,8 @@ static int read_glb(struct submit *submit)
 		r = pen_glb_request_text(submit->glb_scene, &asset, &text, &size, &submit->err);
 	if (r == 0)
 		r = pen_submission_read(text, size, submit->shelf, &submit->reading, &submit->err);
+	if (r < 0)
+		submit->reading.prefix = ""; /* the client knows of no envelope */
 	free(text);
 	return r;
 }

@@ -14,14 +14,14 @@
  */
 
 /*
- * The scene of a request, whose object names no asset yet. PEN_EINVALID names a parameter that is
+ * The envelope of a request, whose scene's object names no asset yet. PEN_EINVALID names a parameter that is
  * unknown, or is no number; whether the numbers make sense is found when the scene is read.
  */
 int pen_glb_request_read(
-	const struct pen_exchange *exchange, json_t **ret_scene, struct pen_error *err);
+	const struct pen_exchange *exchange, json_t **ret_envelope, struct pen_error *err);
 
-/* Puts the asset in, and gives the scene's text (heap). PEN_ENOMEM. */
-int pen_glb_request_text(json_t *scene, const struct pen_sha256 *asset, char **ret_text,
+/* Puts the asset in, and gives the envelope's text (heap). PEN_ENOMEM. */
+int pen_glb_request_text(json_t *envelope, const struct pen_sha256 *asset, char **ret_text,
 	size_t *ret_size, struct pen_error *err);
 
 #endif

@@ -162,14 +162,15 @@ def test_a_glb_becomes_the_scene_that_the_command_line_makes(farm):
     """Breaks when the two ways to hand a GLB in give two renders of one picture."""
     answer = farm.request(
         "POST", "/v1/renders?width=32&height=16&samples=4&time=1&shutter=0.5&background=1,0,0.5"
-        "&aperture_radius=0.25&focus_distance=3&mode=uniform", EMPTY,
+        "&aperture_radius=0.25&focus_distance=3&mode=uniform&aovs=depth,samples&name=a%20b", EMPTY,
         {"Content-Type": "model/gltf-binary"})
     assert answer.status == 202, answer.body
     found = json.loads(answer.body)
     assert (found["width"], found["height"], found["samples"]) == (32, 16, 4)
+    assert found["name"] == "a b"
     assert hashlib.sha256(EMPTY).hexdigest() in stored(farm)
-    scene = {"version": 1, "image": {"width": 32, "height": 16}, "integrator": {"type": "path"},
-             "sampling": {"samples": 4, "mode": "uniform"},
+    scene = {"version": 1, "image": {"width": 32, "height": 16, "aovs": ["depth", "samples"]},
+             "integrator": {"type": "path"}, "sampling": {"samples": 4, "mode": "uniform"},
              "camera": {"aperture_radius": 0.25, "focus_distance": 3,
                         "shutter": {"open": 1, "close": 1.5}},
              "background": {"color": [1, 0, 0.5]},
@@ -182,7 +183,7 @@ def test_a_glb_becomes_the_scene_that_the_command_line_makes(farm):
 
 
 @pytest.mark.parametrize("query", ["widht=3", "width=x", "width=1.5", "background=1,2", "time=nan",
-                                   "width=0", "mode=fast", "samples=1e99"])
+                                   "width=0", "aovs=depth,", "aovs=heat", "name=%FF", "name=" + "x" * 257, "mode=fast", "samples=1e99"])
 def test_a_query_that_makes_no_sense_is_refused(farm, query):
     """Breaks when a misspelt setting is passed over."""
     answer = farm.request("POST", f"/v1/renders?{query}", EMPTY,

@@ -60,7 +60,11 @@ def test_from_a_file_to_an_image(browser, service):
 
 
 def test_models_are_dropped_and_scenes_pasted(browser, service):
-    model = glb.glb(*glb.triangle())
+    tree, data = glb.triangle(
+        {"emissiveFactor": [1, 0.5, 0]}, scenes=[{"nodes": [0, 1]}],
+        nodes=[{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]}],
+        cameras=[{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.1}}])
+    model = glb.glb(tree, data)
     pasted = json.dumps({**SCENE, "background": {"color": [0.1, 0.2, 0.3]}})
     browser.play("model", service, glb=base64.b64encode(model).decode(), scene=pasted)
 

@@ -35,7 +35,7 @@ export class CameraMode extends EventTarget {
         const scene = JSON.parse(text);
         const view = viewOf(scene);
         if (!view) {
-            notify("The camera of this render lies in its glTF file: it cannot be moved from here.", "fault");
+            notify("The camera of this render lies in its glTF file, which was not uploaded from this browser.", "fault");
             return false;
         }
         await putScene(hash, text);

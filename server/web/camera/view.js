@@ -2,16 +2,24 @@
 // What a camera sees, in the scene format's terms, and how it is moved. Views are never changed, only
 // made anew.
 
+import {cameraOf} from "./model.js";
 import {add, cross, dot, length, normalize, rotate, scale, subtract} from "../base/vector.js";
 
 const POLE = 0.02; // radians that stay between the view and straight up or down
 const KEYS = ["position", "look_at", "up", "horizontal_fov", "aperture_radius", "focus_distance"];
 
-/** The view of a scene as the service tells it, with defaults; null when its camera lies in a glTF file. */
+/**
+ * The view of a scene as the service tells it, with defaults; null when its camera lies in a glTF file
+ * that is not known here.
+ */
 export function viewOf(scene) {
-    const camera = scene.camera ?? {};
-    if (!camera.position || camera.from)
-        return null;
+    let camera = scene.camera ?? {};
+    if (!camera.position || camera.from) {
+        const found = cameraOf(scene);
+        if (!found)
+            return null;
+        camera = {aperture_radius: 0, focal_surface: "plane", focus_distance: distanceOf(found), ...found, ...camera};
+    }
     const view = Object.fromEntries(KEYS.map((key) => [key, camera[key]]));
     view.focal_surface = camera.focal_surface;
     view.aspect = scene.image.width / scene.image.height;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import {sha256} from "../base/digest.js";
+import {rememberCameras} from "../camera/model.js";
 import {submitGlb, submitRender} from "../service/client.js";
 
 /** Layers that the page can show beside the colour. */
@@ -15,9 +17,10 @@ function linear(color) {
 /** Posts what was dropped with the settings of the dialog; tells the render. */
 export async function submit(found, settings) {
     if (found.kind === "glb") {
+        await rememberCameras(found.file, await sha256(await found.file.arrayBuffer())).catch(() => {}); // if it is broken, the service says how
         return submitGlb(found.file, {
-            width: settings.width, height: settings.height, samples: settings.samples, mode: settings.mode,
-            background: linear(settings.background).join(","),
+            name: settings.name, width: settings.width, height: settings.height, samples: settings.samples, mode: settings.mode,
+            aovs: settings.layers ? LAYERS.join(",") : "", background: linear(settings.background).join(","),
         });
     }
     const image = {width: settings.width, height: settings.height};

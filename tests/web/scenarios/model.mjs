@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A GLB that is dropped, a scene that is pasted.
-import {check, waitState} from "../page.mjs";
+import {check, difference, waitState} from "../page.mjs";
 
 export default async function ({page, url, args}) {
     const posts = [];
@@ -19,7 +19,16 @@ export default async function ({page, url, args}) {
     await page.click("#submit-go");
     await waitState(page, "Done");
     check(await posts[0].headerValue("content-type") === "model/gltf-binary", "a GLB is posted as what it is");
-    check(/width=64&height=48&samples=4/.test(posts[0].url()), posts[0].url());
+    check(/name=model&width=64&height=48&samples=4/.test(posts[0].url()), posts[0].url());
+    check(await page.textContent("#render-name") === "model", "its name is the file's");
+
+    const id = await page.textContent("#fact-id");
+    await page.click("#mode-camera");
+    await page.waitForFunction(() => /settled/.test(document.getElementById("camera-status").textContent));
+    const {camera} = posts.at(-1).postDataJSON().override;
+    check(String(camera.position) === "0,0,3" && String(camera.look_at) === "0,0,0", "the first view is the file's camera");
+    check(await difference(page, `/v1/renders/${id}/image.jpg`) < 2, "and looks like the render");
+    await page.click("#mode-inspect");
 
     await page.evaluate((text) => {
         const clipboardData = new DataTransfer();
