@@ -14,7 +14,7 @@ cache=build/check
 failed=0
 
 mapfile -t c_files < <(git -c 'safe.directory=*' ls-files -- '*.c' '*.cpp' '*.h')
-mapfile -t scripts < <(git -c 'safe.directory=*' ls-files -- '*.sh' .ci/run)
+mapfile -t scripts < <(git -c 'safe.directory=*' ls-files -- '*.sh' '*.sbatch' .ci/run)
 
 step() {
     local start=$SECONDS name=$1 status

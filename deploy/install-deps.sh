@@ -46,6 +46,10 @@ test_packages=(
     chromium                    # the web page, used in a real browser
     nodejs                      # drives it; playwright-core comes by npm ci in tests/web
     debootstrap lintian systemd # packages, checked and installed; units, checked
+    slurm-wlm munge             # a Slurm of two nodes, to start workers in
+    nginx haproxy openssl       # the examples of proxies, with keys
+    prometheus                  # promtool, for rules
+    python3-yaml                # rules and manifests
 )
 
 # A nodejs from elsewhere brings its own npm, and Debian's does not install beside it.

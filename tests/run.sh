@@ -123,7 +123,9 @@ run_all() {
     pytest_suite chaos 360 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
     pytest_suite model 90 -rP tests/model
-    pytest_suite packages 180 tests/deploy
+    pytest_suite packages 180 tests/deploy/test_packages.py
+    pytest_suite slurm 90 tests/deploy/test_slurm.py
+    pytest_suite deploy 90 tests/deploy/test_monitoring.py tests/deploy/test_proxies.py
 }
 
 run_long() {

@@ -1,5 +1,5 @@
 # What is installed where, and the Debian packages: `cpack` in the build directory of a release.
-# A component is a package: server is penumbra, worker is penumbra-worker.
+# A component is a package: server is penumbra, worker is penumbra-worker, blender is penumbra-blender.
 set(units lib/systemd/system)
 set(source ${CMAKE_SOURCE_DIR}/deploy)
 
@@ -20,7 +20,17 @@ install(FILES ${source}/completions/fish/penumbra.fish
     DESTINATION share/fish/vendor_completions.d COMPONENT server)
 install(FILES ${source}/python/penumbra.py DESTINATION share/doc/penumbra/examples
     COMPONENT server)
+install(FILES ${source}/slurm/penumbra-worker.sbatch DESTINATION share/doc/penumbra/examples/slurm
+    COMPONENT server)
+install(PROGRAMS ${source}/slurm/penumbra-slurm-scale DESTINATION share/doc/penumbra/examples/slurm
+    COMPONENT server)
 install(FILES ${source}/demo/spiral.json DESTINATION share/doc/penumbra/examples COMPONENT server)
+
+# The client goes along: Blender knows nothing of other packages' modules.
+install(FILES ${source}/blender/penumbra_render/__init__.py
+    ${source}/blender/penumbra_render/engine.py ${source}/blender/penumbra_render/export.py
+    ${source}/blender/penumbra_render/scene.py ${source}/python/penumbra.py
+    DESTINATION share/blender/scripts/addons/penumbra_render COMPONENT blender)
 
 # Debian wants manuals and changelogs compressed, without a time in them.
 find_program(GZIP gzip REQUIRED)
@@ -37,7 +47,7 @@ install_compressed(${source}/man/penumbra.1 share/man/man1 penumbra.1 server)
 install_compressed(${source}/man/penumbra.conf.5 share/man/man5 penumbra.conf.5 server)
 install_compressed(${source}/man/penumbra-scene.5 share/man/man5 penumbra-scene.5 server)
 install_compressed(${source}/man/penumbra-worker.8 share/man/man8 penumbra-worker.8 worker)
-foreach(pair IN ITEMS server:penumbra worker:penumbra-worker)
+foreach(pair IN ITEMS server:penumbra worker:penumbra-worker blender:penumbra-blender)
     string(REPLACE ":" ";" pair ${pair})
     list(GET pair 0 component)
     list(GET pair 1 package)
@@ -60,7 +70,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL server worker)
+set(CPACK_COMPONENTS_ALL server worker blender)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
@@ -78,6 +88,14 @@ set(CPACK_DEBIAN_WORKER_PACKAGE_NAME penumbra-worker)
 set(CPACK_DEBIAN_WORKER_DESCRIPTION "distributed tile render service, worker
 Renders tiles of frames for a Penumbra coordinator by distribution ray
 tracing, on all cores of its machine.")
+set(CPACK_DEBIAN_BLENDER_PACKAGE_NAME penumbra-blender)
+set(CPACK_DEBIAN_BLENDER_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_BLENDER_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_BLENDER_PACKAGE_DEPENDS "blender (>= 3.4)")
+set(CPACK_DEBIAN_BLENDER_PACKAGE_SUGGESTS penumbra)
+set(CPACK_DEBIAN_BLENDER_DESCRIPTION "distributed tile render service, Blender add-on
+Adds Penumbra to the render engines of Blender: F12 hands the scene to a
+server, shows the image while it is rendered, and Esc cancels.")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA ${source}/debian/server/postinst
     ${source}/debian/server/prerm ${source}/debian/server/postrm ${source}/debian/server/conffiles)
 set(CPACK_DEBIAN_WORKER_PACKAGE_CONTROL_EXTRA ${source}/debian/worker/postinst

@@ -23,7 +23,7 @@ def run(*command, **more):
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """The two packages of this build, by name."""
+    """The packages of this build, by name."""
     where = tmp_path_factory.mktemp("packages")
     run("cpack", "-B", where, cwd=BUILD)
     return {path.name.split("_")[0]: path for path in where.glob("*.deb")}
@@ -31,8 +31,19 @@ def packages(tmp_path_factory):
 
 def test_lintian_finds_no_error(packages):
     """Breaks when a file lies where Debian does not want it, or a script is unsafe."""
-    assert set(packages) == {"penumbra", "penumbra-worker"}
+    assert set(packages) == {"penumbra", "penumbra-worker", "penumbra-blender"}
     run("lintian", "--allow-root", "--fail-on", "error", *packages.values())
+
+
+def test_the_add_on_is_whole(packages, tmp_path):
+    """Breaks when a module that the add-on imports is not in its package, or does not compile."""
+    run("dpkg-deb", "-x", packages["penumbra-blender"], tmp_path)
+    addon = tmp_path / "usr/share/blender/scripts/addons/penumbra_render"
+    source = ROOT / "deploy/blender/penumbra_render"
+    assert sorted(p.name for p in addon.iterdir()) == sorted(p.name for p in source.glob("*.py"))
+    for path in addon.iterdir():
+        assert path.read_text() == (source / path.name).read_text()
+        compile(path.read_text(), path.name, "exec")
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -111,9 +122,11 @@ def test_a_render_outlives_an_upgrade_and_a_purge_leaves_nothing(packages, tmp_p
     """Breaks when a dependency is missing, a script fails, or an upgrade touches the data."""
     scene = pathlib.Path("/usr/share/doc/penumbra/examples/spiral.json")
     with Chroot(tmp_path / "debian") as debian:
-        for package in packages.values():
+        # Not the add-on, which would bring Blender.
+        files = [packages[name] for name in ("penumbra", "penumbra-worker")]
+        for package in files:
             run(*AS_ROOT, "cp", package, debian.root / "tmp")
-        files = [f"/tmp/{package.name}" for package in packages.values()]
+        files = [f"/tmp/{package.name}" for package in files]
 
         def install():
             debian.run("apt-get", "install", "-q", "-y", "--no-install-recommends", "--reinstall",

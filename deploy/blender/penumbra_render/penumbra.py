@@ -1,0 +1,1 @@
+../../python/penumbra.py
