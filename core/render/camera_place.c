@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/render/camera_place.h"
 
+#include "core/render/framing.h"
 #include "core/render/node.h"
 
 #include <math.h>
@@ -81,8 +82,10 @@ int pen_camera_place(const struct pen_scene *scene, const struct pen_shutter *sh
 	struct pen_camera_desc camera = scene->camera;
 	struct pen_camera_key *keys = NULL;
 	uint32_t steps;
-	int r = 0;
+	int r = pen_framing_choose(scene, &camera, err);
 
+	if (r < 0)
+		return r;
 	camera.shutter_open = shutter->open;
 	camera.shutter_close = shutter->close;
 	if (camera.node != PEN_NO_INDEX) {

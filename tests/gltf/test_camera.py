@@ -124,9 +124,39 @@ def test_a_name_that_no_camera_has(drawing):
     assert "none" in drawing.refusal(stage(), camera={"from": "first"})
 
 
-def test_a_gltf_without_a_camera_leaves_the_default(drawing):
-    """Broken by a camera of nowhere."""
-    assert (shown(drawing, stage(), None) == shown(drawing, stage(), DEFAULT)).all()
+@pytest.mark.parametrize("width, height", [(120, 120), (160, 60), (60, 160)])
+@pytest.mark.parametrize("scale", [1e-3, 1, 300])
+def test_where_there_is_no_camera_all_is_in_the_image(drawing, scale, width, height):
+    """Broken by a camera of nowhere, one that cuts off what is high, wide or large, or shows what is
+    small as a speck, and by bodies out of sight that count."""
+    asset, hidden = Asset(), Asset()
+    for x, y in ((0, 0), (3, 0), (3, 1)):
+        asset.node(mesh=asset.mesh(square(), QUAD, asset.unlit(RED)),
+                   translation=[scale * (100 + x), scale * y, 0], scale=3 * [scale])
+    hidden.node(mesh=hidden.mesh(square(), QUAD, hidden.unlit(GREEN)), translation=[0, 9e4, 0])
+    body = frame([drawing.object(asset), {**drawing.object(hidden), "visible": False}], samples=16)
+    body.pop("camera")
+    body["image"].update(width=width, height=height)
+    shown_at = drawing.pixels(body).max(axis=2) > 0
+    assert not shown_at[[0, -1]].any() and not shown_at[:, [0, -1]].any()
+    spans = [np.ptp(np.flatnonzero(shown_at.any(axis=axis))) / shown_at.shape[1 - axis]
+             for axis in (0, 1)]
+    assert max(spans) >= 0.75
+
+
+def test_the_camera_of_an_animation_without_one_rests(drawing):
+    """Broken by a view that follows what moves from frame to frame."""
+    asset = Asset()
+    moving = asset.node(mesh=asset.mesh(square(), QUAD, asset.unlit(RED)))
+    asset.animate(moving, "translation", [0, 1], [[0, 0, 0], [0.5, 0, 0]])
+    asset.node(mesh=asset.mesh(square(half=1), QUAD, asset.unlit(GREEN)), translation=[0, 0, -0.01])
+    body = frame([drawing.object(asset)], side=48, samples=16)
+    body.pop("camera")
+    body["frames"] = {"first": 1, "last": 13, "fps": 24}
+    first, last = (drawing.pixels(body, "--frame", number)[:, :, 0] for number in (1, 13))
+    centre, moved = (np.average(np.arange(48), weights=seen.sum(axis=0)) for seen in (first, last))
+    # The green square is two units wide, and fills some nine tenths of the image.
+    assert moved - centre == pytest.approx(0.25 / 2 * 0.85 * 48, rel=0.2)
 
 
 def test_focus_of_a_camera_that_looks_at_something(drawing):

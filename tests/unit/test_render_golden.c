@@ -125,7 +125,7 @@ static const unsigned char picture[] =
 	"\x10\xf0\xa0\x80\x80\x50\xff\x80\xf0\x98\xc0\x80\x20\x70\xd0\x80";
 
 /* Of the PEN_RENDER_ABI that the digests below belong to. */
-enum { GOLDEN_ABI = 5, INTEGRATORS = 3, SCENES = 2 };
+enum { GOLDEN_ABI = 6, INTEGRATORS = 3, SCENES = 2 };
 
 static const char *const scenes[SCENES] = {everything, surfaces};
 static const char *const integrators[INTEGRATORS] = {"distribution", "path", "whitted"};
