@@ -7,7 +7,9 @@
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -184,12 +186,27 @@ static int decide(struct pen_canvas *canvas, struct pen_error *err)
 	return r < 0 ? r : pen_quota_save(&canvas->quota, canvas->fd, err);
 }
 
+/* A new file is there after a power cut only when its name is on the disk, too. */
+static int sync_directory(const char *path)
+{
+	char dir[PATH_MAX];
+	int fd, r;
+
+	(void)snprintf(dir, sizeof dir, "%s", path);
+	*strrchr(dir, '/') = '\0';
+	fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	r = fd < 0 ? -1 : fsync(fd);
+	if (fd >= 0)
+		(void)close(fd);
+	return r;
+}
+
 /* Only of a frame that lacks nothing: what is in it now must be in it for ever. */
 static int sync_file(struct pen_canvas *canvas, struct pen_error *err)
 {
 	int r = pen_seal_write(canvas->fd, &canvas->framebuf, canvas->tiles, err);
 
-	if (r == 0 && fsync(canvas->fd) < 0)
+	if (r == 0 && (fsync(canvas->fd) < 0 || sync_directory(canvas->path) < 0))
 		r = pen_error_system(err, errno, "cannot write the framebuffer");
 	return r;
 }

@@ -373,6 +373,10 @@ int pen_jobs_open_image(struct pen_jobs *jobs, const struct pen_job *job, uint32
 
 	pen_run_path(jobs, job, frame, path);
 	fd = open(path, O_RDONLY | O_CLOEXEC);
+	if (fd < 0 && errno == ENOENT && pen_jobs_frame(job, frame).done)
+		return pen_error_set(err, PEN_EIO,
+			"frame %u is lost: stop the coordinator and start `penumbra fsck --repair`",
+			frame);
 	if (fd < 0 && errno == ENOENT)
 		return pen_error_set(err, PEN_ENOTFOUND, "nothing is rendered yet");
 	if (fd < 0)

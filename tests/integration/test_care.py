@@ -71,6 +71,10 @@ def test_what_is_damaged_is_found_and_rendered_again(service):
     assert f"render {renders[1]}: frame 1 is gone\n" in run.stdout
     assert f"render {renders[2]}: " in run.stdout and "frame 2 is" in run.stdout
     assert run.stdout.endswith("4 renders, 5 frames: 3 faults\n")
+    service.start()
+    lost = service.request("GET", f"/v1/renders/{renders[1]}/image.exr")
+    assert lost.status == 500 and b"fsck --repair" in lost.body
+    service.stop()
     run = care("fsck", "--data", service.data, "--repair")
     assert run.stdout.endswith("3 faults, 3 renders will be rendered again\n")
     service.start()
