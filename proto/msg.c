@@ -228,6 +228,9 @@ static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_er
 		.at_centre = lease->at_centre,
 	};
 	r = read_sha256(&lease->scene_sha256, &msg->u.lease.scene_sha256, err);
+	msg->u.lease.has_world = lease->world_sha256.len > 0;
+	if (r == 0 && msg->u.lease.has_world)
+		r = read_sha256(&lease->world_sha256, &msg->u.lease.world_sha256, err);
 	if (r == 0)
 		r = check_lease(&msg->u.lease, err);
 	return r < 0 ? r : check_mask(msg, err);
@@ -441,6 +444,8 @@ static void write_lease(const struct pen_msg *msg, union wire *wire)
 	wire->lease.sample_first = lease->sample_first;
 	wire->lease.sample_end = lease->sample_end;
 	wire->lease.scene_sha256 = bytes_of(&lease->scene_sha256);
+	if (lease->has_world)
+		wire->lease.world_sha256 = bytes_of(&lease->world_sha256);
 	wire->lease.deadline_ms = lease->deadline_ms;
 	wire->lease.channels = lease->channels;
 	wire->lease.at_centre = lease->at_centre;

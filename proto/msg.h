@@ -56,6 +56,8 @@ struct pen_msg_lease {
 	struct pen_rect rect;
 	uint32_t sample_first, sample_end;
 	struct pen_sha256 scene_sha256;
+	bool has_world; /* scenes with the same one differ in their view alone */
+	struct pen_sha256 world_sha256;
 	uint32_t deadline_ms;
 	bool at_centre;	   /* samples go through the pixels' centres */
 	uint32_t channels; /* PEN_CHANNELS_MIN .. PEN_CHANNELS_MAX */

@@ -50,6 +50,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	struct pen_job job = {
 		.state = PEN_JOB_QUEUED,
 		.scene_sha256 = submission->sha256,
+		.has_world = submission->has_world,
+		.world = submission->world,
 		.is_preview = submission->is_preview,
 		.verify = submission->verify,
 		.has_key = submission->has_key,

@@ -73,6 +73,8 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.sample_end = samples.end,
 		.at_centre = samples.at_centre,
 		.scene_sha256 = job->scene_sha256,
+		.has_world = job->has_world,
+		.world_sha256 = job->world,
 		.deadline_ms = PEN_LEASE_HARD_MS,
 		.channels = pen_job_film(job).channels,
 	};

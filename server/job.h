@@ -56,8 +56,11 @@ struct pen_job {
 	bool has_key;			 /* it was asked for with an Idempotency-Key: */
 	struct pen_sha256 key, key_body; /* the digest of that, and of what came with it */
 	struct pen_sha256 scene_sha256;	 /* of the canonical text */
-	char *equivalence_class;	 /* NULL until its first unit is leased */
-	char content[PEN_SHA256_TEXT];	 /* content address; "" until the class is known */
+	bool has_world; /* it was accepted by this coordinator, and another view of its scene may
+			   be: */
+	struct pen_sha256 world;       /* the same of all views of the scene, see server/world.h */
+	char *equivalence_class;       /* NULL until its first unit is leased */
+	char content[PEN_SHA256_TEXT]; /* content address; "" until the class is known */
 	uint32_t priority;
 	uint32_t width, height;	  /* of the whole image */
 	struct pen_tiling tiling; /* of each frame */
@@ -130,7 +133,9 @@ struct pen_submission {
 	const char *name; /* NULL without one */
 	uint32_t priority;
 	struct pen_sha256 sha256; /* of the canonical text */
-	bool has_key;		  /* then: see struct pen_job */
+	bool has_world;		  /* see struct pen_job */
+	struct pen_sha256 world;
+	bool has_key; /* then: see struct pen_job */
 	struct pen_sha256 key, key_body;
 	bool is_preview;
 	enum pen_verify verify;

@@ -3,6 +3,7 @@
 
 #include "core/scene/canonical.h"
 #include "server/shelf.h"
+#include "server/world.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -194,6 +195,9 @@ static int read_tree(struct pen_submission_reading *reading, json_t *tree, struc
 	r = pen_json_canonical(tree, &canonical, err);
 	if (r == 0)
 		r = pen_sha256_of(canonical.data, canonical.size, &reading->submission.sha256, err);
+	if (r == 0)
+		r = pen_world_of(
+			tree, &reading->submission.has_world, &reading->submission.world, err);
 	if (r < 0) {
 		pen_buf_finish(&canonical);
 		pen_scene_destroy(scene);

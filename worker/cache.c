@@ -26,6 +26,8 @@ enum entry_state {
 struct entry {
 	enum entry_state state;
 	struct pen_sha256 sha256;
+	bool has_world; /* see struct pen_msg_lease */
+	struct pen_sha256 world;
 	uint32_t frame; /* demanded last */
 	uint64_t used;	/* when it was demanded last, in demands */
 	int text;	/* sealed memory when whole; -1 = none */
@@ -254,6 +256,36 @@ static int make_spare(struct pen_cache *cache, struct pen_error *err)
 		&host_events, cache, &cache->spare, err);
 }
 
+/* One that has built another view of the scene, which nobody wants any more. */
+static struct entry *find_view(struct pen_cache *cache, const struct entry *entry)
+{
+	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++) {
+		struct entry *other = &cache->entries[i];
+
+		if (other != entry && other->state == ENTRY_READY && other->has_world &&
+			pen_sha256_equal(&other->world, &entry->world) &&
+			!cache->events->is_wanted(cache->user, &other->sha256))
+			return other;
+	}
+	return NULL;
+}
+
+static bool take_over(struct pen_cache *cache, struct entry *entry)
+{
+	struct entry *other = entry->has_world ? find_view(cache, entry) : NULL;
+
+	if (!other || pen_host_look(other->host, entry->text, entry->frame, NULL) < 0)
+		return false;
+	entry->host = other->host;
+	entry->findings = other->findings;
+	entry->assets_given = other->assets_given;
+	entry->state = ENTRY_READY;
+	other->host = NULL;
+	other->findings = (struct pen_findings){0};
+	clear(other);
+	return true;
+}
+
 /*
  * Gives the spare to a scene; tries again later when there is none. The next one is made in a
  * while: now all cores have better things to do.
@@ -263,6 +295,8 @@ static void load(struct pen_cache *cache, struct entry *entry)
 	struct pen_error err = PEN_ERROR_INIT;
 
 	entry->state = ENTRY_TEXT;
+	if (take_over(cache, entry))
+		return;
 	if (!cache->spare && make_spare(cache, &err) < 0)
 		pen_log(PEN_LOG_WARNING, "no spare scene process: %s", err.text);
 	if (!cache->spare || pen_host_load(cache->spare, entry->text, entry->frame, &err) < 0) {
@@ -295,21 +329,23 @@ static struct entry *make_room(struct pen_cache *cache)
 	return oldest;
 }
 
-enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha256 *sha256,
-	uint32_t frame, struct pen_host **ret_host, struct pen_msg_failure *ret_failure)
+enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_msg_lease *lease,
+	struct pen_host **ret_host, struct pen_msg_failure *ret_failure)
 {
-	struct entry *entry = find(cache, sha256);
+	struct entry *entry = find(cache, &lease->scene_sha256);
 
 	if (!entry) {
 		entry = make_room(cache);
 		if (!entry)
 			return PEN_DEMAND_WAIT;
 		entry->state = ENTRY_FETCHING;
-		entry->sha256 = *sha256;
-		cache->events->fetch(cache->user, sha256);
+		entry->sha256 = lease->scene_sha256;
+		entry->has_world = lease->has_world;
+		entry->world = lease->world_sha256;
+		cache->events->fetch(cache->user, &lease->scene_sha256);
 	}
 	entry->used = ++cache->demands;
-	entry->frame = frame;
+	entry->frame = lease->frame;
 	if (entry->state == ENTRY_READY) {
 		*ret_host = entry->host;
 		return PEN_DEMAND_READY;

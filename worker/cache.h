@@ -14,9 +14,10 @@
 
 /*
  * The scenes at hand: each one's text, fetched once, and the scene process that has built it from
- * that and from the assets that it asks for; at
- * most PEN_SCENES_CACHED_MAX, the least recently used one goes first. Beside them one spare scene
- * process is always kept ready for the next scene.
+ * that and from the assets that it asks for; at most PEN_SCENES_CACHED_MAX, the least recently used
+ * one goes first. A scene that differs from another in its view alone takes over that one's
+ * process, unless somebody wants that one still. Beside them one spare scene process is always kept
+ * ready for the next scene.
  */
 struct pen_cache;
 
@@ -26,6 +27,8 @@ struct pen_cache_events {
 	void (*fetch_asset)(void *user, const struct pen_sha256 *sha256);
 	/* Whether a lease needs it, so that it must stay. */
 	bool (*in_use)(void *user, const struct pen_sha256 *sha256);
+	/* Whether it is a lease whose result somebody wants. */
+	bool (*is_wanted)(void *user, const struct pen_sha256 *sha256);
 	/* Its process ended while building: the unit waiting longest takes the fault. */
 	void (*crashed)(void *user, const struct pen_sha256 *sha256, enum pen_fault fault,
 		const char *reason);
@@ -44,12 +47,12 @@ int pen_cache_create(uv_loop_t *loop, const struct pen_zygote *zygote,
 void pen_cache_destroy(struct pen_cache *cache);
 
 /*
- * Asks for a scene's process, for a frame of it: READY and *ret_host; WAIT, and what is missing is
- * under way or every place is in use; or FAILED, with the fault of its units and the reason, valid
- * until the next call.
+ * Asks for the process of a lease's scene, for its frame: READY and *ret_host; WAIT, and what is
+ * missing is under way or every place is in use; or FAILED, with the fault of its units and the
+ * reason, valid until the next call.
  */
-enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_sha256 *sha256,
-	uint32_t frame, struct pen_host **ret_host, struct pen_msg_failure *ret_failure);
+enum pen_demand pen_cache_demand(struct pen_cache *cache, const struct pen_msg_lease *lease,
+	struct pen_host **ret_host, struct pen_msg_failure *ret_failure);
 
 /*
  * What a render's owner has to be told of a scene that is ready or has failed, once for each

@@ -20,7 +20,9 @@ enum pen_control_type {
 	PEN_CONTROL_FORK = 1, /* make scene process id; attached: its channel, its result memory */
 	PEN_CONTROL_KILL,     /* end scene process id */
 	/* pool to scene process */
-	PEN_CONTROL_LOAD,  /* attached: the scene's text; frame will be asked for first */
+	PEN_CONTROL_LOAD, /* attached: the scene's text; frame will be asked for first */
+	PEN_CONTROL_LOOK, /* attached: the text of a scene that differs in its view alone: show that
+			     from now on; all render processes are started anew */
 	PEN_CONTROL_START, /* fork the render process of slot id for frame, in place of the one
 			      before; attached: its channel */
 	PEN_CONTROL_ASSET, /* an asset that it needs; attached: its bytes */

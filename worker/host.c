@@ -379,6 +379,27 @@ int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_er
 	return 0;
 }
 
+int pen_host_look(struct pen_host *host, int text, uint32_t frame, struct pen_error *err)
+{
+	const struct pen_control control = {.type = PEN_CONTROL_LOOK, .frame = frame};
+
+	assert(host->ready);
+	if (!host->control || pen_channel_send(pen_watch_fd(host->control), &control,
+				      sizeof control, &text, 1) < 0)
+		return pen_error_set(err, PEN_ECLOSED, "the scene process does not answer");
+	for (uint32_t i = 0; i < host->slot_count; i++) {
+		struct slot *slot = &host->slots[i];
+
+		slot->frame = frame;
+		if (slot->state == SLOT_STARTING || slot->state == SLOT_IDLE ||
+			slot->state == SLOT_BUSY)
+			end(slot);
+		lose(slot, PEN_FAULT_KILLED, "another view was asked for");
+		start(slot);
+	}
+	return 0;
+}
+
 uint32_t pen_host_needs(const struct pen_host *host, const struct pen_sha256 **ret_needs)
 {
 	*ret_needs = host->needs;

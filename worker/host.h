@@ -55,6 +55,12 @@ uint32_t pen_host_id(const struct pen_host *host);
  */
 int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_error *err);
 
+/*
+ * Has it show another view of the scene that it has built; every order is lost to it. text and
+ * frame are as above.
+ */
+int pen_host_look(struct pen_host *host, int text, uint32_t frame, struct pen_error *err);
+
 /* The assets that it needs, each once, in the order in which it takes them; 0 until it told all. */
 uint32_t pen_host_needs(const struct pen_host *host, const struct pen_sha256 **ret_needs);
 

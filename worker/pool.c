@@ -156,8 +156,7 @@ static void dispatch(struct pool *pool)
 		next = TAILQ_NEXT(lease, link);
 		if (lease->host)
 			continue;
-		switch (pen_cache_demand(
-			pool->cache, &lease->msg.scene_sha256, lease->msg.frame, &host, &failure)) {
+		switch (pen_cache_demand(pool->cache, &lease->msg, &host, &failure)) {
 		case PEN_DEMAND_READY:
 			tell_findings(pool, lease);
 			if (!start_unit(pool, lease, host))
@@ -217,6 +216,17 @@ static bool handle_in_use(void *user, const struct pen_sha256 *sha256)
 
 	TAILQ_FOREACH (lease, &pool->leases, link)
 		if (pen_sha256_equal(&lease->msg.scene_sha256, sha256))
+			return true;
+	return false;
+}
+
+static bool handle_is_wanted(void *user, const struct pen_sha256 *sha256)
+{
+	struct pool *pool = user;
+	struct lease *lease;
+
+	TAILQ_FOREACH (lease, &pool->leases, link)
+		if (!lease->revoked && pen_sha256_equal(&lease->msg.scene_sha256, sha256))
 			return true;
 	return false;
 }
@@ -314,6 +324,7 @@ static const struct pen_cache_events cache_events = {
 	.fetch = handle_fetch,
 	.fetch_asset = handle_fetch_asset,
 	.in_use = handle_in_use,
+	.is_wanted = handle_is_wanted,
 	.crashed = handle_crashed,
 	.changed = handle_changed,
 	.done = handle_done,

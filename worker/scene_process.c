@@ -28,6 +28,8 @@ struct scene_process {
 	pid_t pid; /* our own */
 	int channel, results, signals;
 	struct pen_render_shot *shot;	   /* NULL until it has been built */
+	struct pen_scene *scene;	   /* that was built */
+	struct pen_scene *view;		   /* whose view of it is shown; NULL: its own */
 	pid_t children[PEN_PROCESSES_MAX]; /* of each slot; 0 = none */
 	uint32_t serials[PEN_PROCESSES_MAX];
 };
@@ -133,6 +135,7 @@ static int build(struct scene_process *self, const char *text, size_t size, stru
 		r = pen_scene_parse(tree, &building.scene, building.errors, err);
 	if (r == 0)
 		r = pen_intake_run(self->channel, building.scene, expand, &building, err);
+	self->scene = building.scene;
 	if (r < 0)
 		tell_errors(self, building.errors, err);
 	else
@@ -172,6 +175,47 @@ static void load(struct scene_process *self, int text_fd, uint32_t frame)
 	if (r == 0)
 		tell(self, &(struct pen_control){.type = PEN_CONTROL_READY});
 	else
+		tell_failure(self, &err);
+}
+
+/* The coordinator has read the text before; what is not its view is as it was. */
+static int take_view(
+	struct scene_process *self, const char *text, size_t size, struct pen_error *err)
+{
+	struct pen_scene_errors *errors = calloc(1, sizeof *errors);
+	struct pen_scene *view = NULL;
+	json_t *tree = NULL;
+	int r = errors ? pen_json_parse(text, size, &tree, err) : pen_error_memory(err);
+
+	if (r == 0)
+		r = pen_scene_parse(tree, &view, errors, err);
+	json_decref(tree);
+	free(errors);
+	if (r < 0)
+		return r;
+	self->scene->camera = view->camera;
+	self->scene->image = view->image;
+	self->scene->sampling = view->sampling;
+	r = pen_render_shot_look(self->shot, err);
+	/* Its keys are the camera's. */
+	pen_scene_destroy(self->view);
+	self->view = view;
+	return r;
+}
+
+static void look(struct scene_process *self, int text_fd)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	const void *text;
+	size_t size;
+	int r = pen_memory_map(text_fd, &text, &size, &err);
+
+	(void)close(text_fd);
+	if (r == 0) {
+		r = take_view(self, text, size, &err);
+		(void)munmap((void *)(uintptr_t)text, size);
+	}
+	if (r < 0)
 		tell_failure(self, &err);
 }
 
@@ -236,6 +280,8 @@ static void obey(struct scene_process *self)
 		_exit(EXIT_SUCCESS);
 	if (control.type == PEN_CONTROL_LOAD && !self->shot && fd >= 0)
 		load(self, fd, control.frame);
+	else if (control.type == PEN_CONTROL_LOOK && self->shot && fd >= 0)
+		look(self, fd);
 	else if (control.type == PEN_CONTROL_START && self->shot && fd >= 0 &&
 		 control.id < self->config->processes)
 		start(self, &control, fd);

@@ -178,6 +178,18 @@ int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pi
 	return conclude(scene, r, ret_scene);
 }
 
+int pen_render_scene_look(struct pen_render_scene *scene, struct pen_error *err)
+{
+	const unsigned int state = pen_isa_denormals_flush();
+	int r;
+
+	pen_camera_finish(&scene->camera);
+	pen_surfaces_set_share(scene);
+	r = create_camera(scene, err);
+	pen_isa_denormals_restore(state);
+	return r;
+}
+
 void pen_render_scene_destroy(struct pen_render_scene *scene)
 {
 	if (!scene)

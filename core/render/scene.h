@@ -94,6 +94,9 @@ int pen_render_scene_create_on(const struct pen_scene *desc, const struct pen_pi
 	struct pen_trace *base, uint32_t shape_first, struct pen_lights **lights,
 	struct pen_render_scene **ret_scene, struct pen_error *err);
 
+/* Of its desc the camera, but for the shutter, the image and the sampling have changed. */
+int pen_render_scene_look(struct pen_render_scene *scene, struct pen_error *err);
+
 /* The kernel of an instruction set; PEN_EUNSUPPORTED when this processor does not run it. */
 int pen_render_kernel(
 	enum pen_isa isa, const struct pen_kernel **ret_kernel, struct pen_error *err);

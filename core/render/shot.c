@@ -234,6 +234,21 @@ int pen_render_shot_prepare(struct pen_render_shot *shot, uint32_t frame, struct
 	return r;
 }
 
+int pen_render_shot_look(struct pen_render_shot *shot, struct pen_error *err)
+{
+	int r;
+
+	/* What the frames of an animation share stays when they go. */
+	if (!shot->is_still || shot->count == 0) {
+		drop_frames(shot);
+		return 0;
+	}
+	r = pen_render_scene_look(shot->scenes[0], err);
+	if (r < 0)
+		drop_frames(shot);
+	return r;
+}
+
 const struct pen_render_scene *pen_render_shot_scene(
 	const struct pen_render_shot *shot, uint32_t frame)
 {

@@ -24,6 +24,12 @@ void pen_render_shot_destroy(struct pen_render_shot *shot);
  */
 int pen_render_shot_prepare(struct pen_render_shot *shot, uint32_t frame, struct pen_error *err);
 
+/*
+ * Of desc the camera, but for its shutter, the image and the sampling have changed: shows that from
+ * now on. Scenes of frames become invalid. After a failure no frame is ready.
+ */
+int pen_render_shot_look(struct pen_render_shot *shot, struct pen_error *err);
+
 /* A frame that is ready, else NULL. */
 const struct pen_render_scene *pen_render_shot_scene(
 	const struct pen_render_shot *shot, uint32_t frame);

@@ -74,6 +74,13 @@ static void find_colored(const struct pen_scene *desc, bool *colored)
 	}
 }
 
+void pen_surfaces_set_share(struct pen_render_scene *scene)
+{
+	const float samples = (float)scene->desc->sampling.samples;
+
+	scene->sample_share = fmaxf(1.0f / sqrtf(samples), SAMPLE_SHARE_MIN);
+}
+
 static int create_materials(struct pen_render_scene *scene, struct pen_error *err)
 {
 	const struct pen_scene *desc = scene->desc;
@@ -87,7 +94,7 @@ static int create_materials(struct pen_render_scene *scene, struct pen_error *er
 		scene->has_textures |= scene->materials[i].has_textures;
 		has_principled |= scene->materials[i].is_principled;
 	}
-	scene->sample_share = fmaxf(1.0f / sqrtf((float)desc->sampling.samples), SAMPLE_SHARE_MIN);
+	pen_surfaces_set_share(scene);
 	if (!has_principled)
 		return 0;
 	scene->albedo = malloc(sizeof *scene->albedo);

@@ -11,4 +11,7 @@
 int pen_surfaces_create(struct pen_render_scene *scene, struct pen_error *err);
 void pen_surfaces_destroy(struct pen_render_scene *scene);
 
+/* What samples cover, from the sampling of the scene's desc. */
+void pen_surfaces_set_share(struct pen_render_scene *scene);
+
 #endif

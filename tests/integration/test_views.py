@@ -2,9 +2,13 @@
 """Kept scenes, and the views that are posted of them: overrides, previews, deadlines."""
 import hashlib
 import json
+import os
+import signal
 import time
 
 import farm
+import image
+import numpy as np
 import pytest
 import scene
 from http_server import JSON, Server, problem
@@ -207,3 +211,79 @@ def test_a_deadline_holds_over_a_restart_and_a_pause(tmp_path):
         service.start()
         assert service.resource(late)["deadline"] == deadline
         assert "deadline" in service.wait(late, 10, "failed")["error"]
+
+
+def pixels(service, render, frame=1):
+    answer = service.request("GET", f"/v1/renders/{render}/frames/{frame}.exr")
+    assert answer.status == 200, answer.body
+    return image.read(answer.body)
+
+
+TEXTURED = {
+    **scene.build(48, 32, 4, [
+        scene.sphere([0, 0, 0], 1, "coat", keyframes=scene.motion([0, 0, 0], [0.5, 0, 0])),
+        scene.floor(4, -1, "white", uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])],
+        background=0.3, materials={"coat": {"type": "principled", "base_color": [0.8, 0.2, 0.1]},
+                                   "white": scene.matte(0.7)},
+        lights=[scene.panel([-1, 3, 1], [2, 0, 0], [0, 0, -2], 5)]),
+    "camera": {**scene.look([0, 1, 5], [0, 0, 0]), "shutter": {"open": 0, "close": 0.5}}}
+LOOKS = [
+    {"camera": {"position": [3, 1, 4]}}, {"camera": {"horizontal_fov": 20}},
+    {"camera": {"aperture_radius": 0.3, "focus_distance": 5, "blades": 5}},
+    {"camera": {"keyframes": [{"time": 0, "position": [0, 1, 5], "look_at": [0, 0, 0]},
+                              {"time": 1, "position": [2, 1, 5], "look_at": [0, 0, 0]}]}},
+    {"image": {"width": 40, "height": 50, "crop": [3, 5, 30, 41]}},
+    {"image": {"filter": {"type": "gaussian", "width": 2.5}, "aovs": ["albedo", "depth"]}},
+    {"sampling": {"samples": 33, "seed": 5}}, {"sampling": {"mode": "edge", "samples": 16}},
+    {"camera": {"shutter": {"open": 0, "close": 0.1}}}, {"integrator": {"max_depth": 2}}]
+
+
+@pytest.mark.parametrize("frames", [None, {"first": 1, "last": 3}])
+def test_another_view_has_the_bits_of_a_scene_of_its_own(frames):
+    """Breaks if a view that takes over a built scene keeps anything of the view before: camera,
+    filter, samples, layers; or if it takes over one that differs in more than its view."""
+    body = {**TEXTURED, **({"frames": frames} if frames else {})}
+    other = {**body, "materials": {**body["materials"], "unused": scene.matte(0.5)}}
+    last = frames["last"] if frames else 1
+    with farm.Farm(1) as service, farm.Farm(1) as fresh:
+        for look in [{}, *LOOKS, {}]:
+            ids = [(at, at.submit({"scene": of, "override": look}))
+                   for at, of in [(service, body), (fresh, other)]]
+            for at, render in ids:
+                at.wait(render)
+            for frame in range(1, last + 1):
+                shown, alone = (pixels(at, render, frame) for at, render in ids)
+                assert np.array_equal(shown, alone), look
+            # The other farm forgets the scene, so that it builds each view anew.
+            for number in range(8):
+                fresh.wait(fresh.submit(scene.build(16, 16, 1, [scene.sphere([0, 0, number])])))
+
+
+def test_a_view_takes_over_the_process_of_the_one_before(service):
+    """Breaks if each step about a scene builds it again, or ends the work of somebody else."""
+    pool = service.pools()[0]
+    first = service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 0, 9]}}})
+    service.wait(first)
+    farm.wait_for(lambda: len(pool.scenes()) >= 2, 5, "a spare scene process")
+    before = set(pool.scenes())
+    for step in range(10):
+        service.wait(service.submit({"scene": SCENE, "override": {"camera": {"position": [0, step, 8]}}}))
+    assert set(pool.scenes()) == before
+    running = service.submit({"scene": SCENE, "override": LONG})
+    service.wait_progress(running)
+    service.wait(service.submit({"scene": SCENE, "override": {"camera": {"position": [1, 1, 7]}}}))
+    assert service.resource(running)["state"] == "running"
+    assert set(pool.scenes()) != before
+    service.patch(running, {"state": "cancelled"})
+
+
+def test_a_process_that_dies_at_a_view_is_made_anew(service):
+    """Breaks if a taken-over process that ends leaves the view waiting for ever."""
+    service.wait(service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 0, 3]}}}))
+    for pid in service.pools()[0].scenes():
+        os.kill(pid, signal.SIGSTOP)
+    view = service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 0, 4]}}})
+    farm.wait_for(lambda: service.get("/v1/workers")["workers"][0]["leases"] > 0, 5, "a lease")
+    for pid in service.pools()[0].scenes():
+        os.kill(pid, signal.SIGKILL)
+    service.wait(view)

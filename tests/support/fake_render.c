@@ -33,6 +33,7 @@ struct pen_render_scene {
 };
 
 struct pen_render_shot {
+	const struct pen_scene *desc;
 	uint32_t seed, last, first, count;
 	struct pen_render_scene scenes[FRAMES_READY];
 };
@@ -110,8 +111,17 @@ int pen_render_shot_create(const struct pen_scene *scene, const struct pen_pictu
 	*ret_shot = calloc(1, sizeof **ret_shot);
 	if (!*ret_shot)
 		return pen_error_memory(err);
+	(*ret_shot)->desc = scene;
 	(*ret_shot)->seed = scene->sampling.seed;
 	(*ret_shot)->last = scene->frames.last;
+	return 0;
+}
+
+int pen_render_shot_look(struct pen_render_shot *shot, struct pen_error *err)
+{
+	(void)err;
+	shot->seed = shot->desc->sampling.seed;
+	shot->count = 0;
 	return 0;
 }
 

@@ -98,6 +98,8 @@ static struct pen_msg lease(void)
 				.sample_first = 16,
 				.sample_end = 32,
 				.scene_sha256 = {{1, 2, 3}},
+				.has_world = true,
+				.world_sha256 = {{4, 5}},
 				.deadline_ms = 1000,
 				.channels = 4,
 			},
@@ -150,6 +152,8 @@ static void test_lease(void **state)
 	assert_int_equal(got.u.lease.sample_first, 16);
 	assert_int_equal(got.u.lease.sample_end, 32);
 	assert_true(pen_sha256_equal(&got.u.lease.scene_sha256, &msg.u.lease.scene_sha256));
+	assert_true(got.u.lease.has_world);
+	assert_true(pen_sha256_equal(&got.u.lease.world_sha256, &msg.u.lease.world_sha256));
 	assert_int_equal(got.u.lease.deadline_ms, 1000);
 	assert_int_equal(got.u.lease.channels, 4);
 }
