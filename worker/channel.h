@@ -50,7 +50,11 @@ static_assert(sizeof(struct pen_control) == 788, "no padding");
 
 enum { PEN_CONTROL_NEEDS_MAX = sizeof(((struct pen_control *)0)->reason) / 32 };
 
-/* pool to render process; the answer to each is one pen_answer. */
+/*
+ * pool to render process; the answer to each is one pen_answer. One of lease 0 is no order:
+ * channels bytes of text are the next message, as in PEN_CONTROL_LOOK, and the answer tells which
+ * frames are ready after that.
+ */
 struct pen_order {
 	uint64_t lease;
 	struct pen_unit unit; /* its mask is the receiver's to set */
@@ -73,7 +77,7 @@ struct pen_answer {
 };
 static_assert(sizeof(struct pen_answer) == 64, "no padding");
 
-enum { PEN_CHANNEL_FDS_MAX = 2 };
+enum { PEN_CHANNEL_FDS_MAX = 2, PEN_LOOK_BYTES_MAX = 64 << 10 };
 
 /* A connected pair, close-on-exec. ret_pool does not block and is told who sends. */
 int pen_channel_pair(int *ret_pool, int *ret_child, struct pen_error *err);

@@ -8,6 +8,8 @@
 #include "worker/watch.h"
 
 #include <assert.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -58,6 +60,7 @@ struct pen_host {
 	struct pen_watch *control;
 	const struct pen_result *results;
 	size_t results_size;
+	int look; /* the text of a view that the scene process has not been told of; -1: none */
 	bool ready, hangs;
 	struct pen_findings findings;
 	struct pen_sha256 *needs;
@@ -106,7 +109,8 @@ static void handle_answer(struct slot *slot, const struct pen_answer *answer, pi
 	uint32_t index = (uint32_t)(slot - host->slots);
 
 	if (slot->state == SLOT_STARTING && answer->lease == 0 && sender > 0) {
-		slot->pidfd = pidfd_open(sender, 0);
+		if (slot->pidfd < 0)
+			slot->pidfd = pidfd_open(sender, 0);
 		slot->frame_first = answer->frame_first;
 		slot->frame_end = answer->frame_end;
 		set_state(slot, SLOT_IDLE);
@@ -142,6 +146,21 @@ static void handle_slot(void *user)
 		cut(slot);
 }
 
+/* It needs to know no earlier than it forks, and the processes that render need the time now. */
+static bool tell_look(struct pen_host *host)
+{
+	const struct pen_control control = {.type = PEN_CONTROL_LOOK};
+
+	if (host->look < 0)
+		return true;
+	if (pen_channel_send(
+		    pen_watch_fd(host->control), &control, sizeof control, &host->look, 1) < 0)
+		return false;
+	(void)close(host->look);
+	host->look = -1;
+	return true;
+}
+
 static void start(struct slot *slot)
 {
 	struct pen_host *host = slot->host;
@@ -153,7 +172,7 @@ static void start(struct slot *slot)
 	};
 	int pool, child, r;
 
-	if (pen_channel_pair(&pool, &child, NULL) < 0)
+	if (!tell_look(host) || pen_channel_pair(&pool, &child, NULL) < 0)
 		return;
 	r = pen_channel_send(pen_watch_fd(host->control), &control, sizeof control, &child, 1);
 	(void)close(child);
@@ -328,6 +347,7 @@ int pen_host_create(uv_loop_t *loop, const struct pen_zygote *zygote, uint32_t i
 	host->events = events;
 	host->user = user;
 	host->id = id;
+	host->look = -1;
 	host->slot_count = config->processes;
 	for (uint32_t i = 0; i < host->slot_count; i++)
 		host->slots[i] = (struct slot){.host = host, .pidfd = -1};
@@ -349,6 +369,8 @@ void pen_host_destroy(struct pen_host *host)
 	pen_watch_destroy(host->control);
 	if (host->results)
 		(void)munmap((void *)(uintptr_t)host->results, host->results_size);
+	if (host->look >= 0)
+		(void)close(host->look);
 	pen_findings_finish(&host->findings);
 	free(host->needs);
 	free(host);
@@ -379,25 +401,53 @@ int pen_host_load(struct pen_host *host, int text, uint32_t frame, struct pen_er
 	return 0;
 }
 
+/* An idle process looks for itself, if the text is short: that saves a fork. */
+static bool send_look(struct slot *slot, const void *text, size_t size)
+{
+	const struct pen_order order = {.lease = 0, .channels = (uint32_t)size};
+	const int fd = slot->state == SLOT_IDLE ? pen_watch_fd(slot->watch) : -1;
+
+	if (fd < 0 || size > PEN_LOOK_BYTES_MAX ||
+		pen_channel_send(fd, &order, sizeof order, NULL, 0) < 0 ||
+		pen_channel_send(fd, text, size, NULL, 0) < 0)
+		return false;
+	slot->frame_first = slot->frame_end = 0;
+	set_state(slot, SLOT_STARTING);
+	return true;
+}
+
+static void look(struct slot *slot, const void *text, size_t size, uint32_t frame)
+{
+	slot->frame = frame;
+	if (send_look(slot, text, size))
+		return;
+	if (slot->state == SLOT_STARTING || slot->state == SLOT_IDLE || slot->state == SLOT_BUSY)
+		end(slot);
+	lose(slot, PEN_FAULT_KILLED, "another view was asked for");
+	start(slot);
+}
+
 int pen_host_look(struct pen_host *host, int text, uint32_t frame, struct pen_error *err)
 {
-	const struct pen_control control = {.type = PEN_CONTROL_LOOK, .frame = frame};
+	const void *bytes;
+	size_t size;
+	int r;
 
 	assert(host->ready);
-	if (!host->control || pen_channel_send(pen_watch_fd(host->control), &control,
-				      sizeof control, &text, 1) < 0)
+	if (!host->control)
 		return pen_error_set(err, PEN_ECLOSED, "the scene process does not answer");
-	for (uint32_t i = 0; i < host->slot_count; i++) {
-		struct slot *slot = &host->slots[i];
-
-		slot->frame = frame;
-		if (slot->state == SLOT_STARTING || slot->state == SLOT_IDLE ||
-			slot->state == SLOT_BUSY)
-			end(slot);
-		lose(slot, PEN_FAULT_KILLED, "another view was asked for");
-		start(slot);
-	}
-	return 0;
+	r = pen_memory_map(text, &bytes, &size, err);
+	if (r < 0)
+		return r;
+	if (host->look >= 0)
+		(void)close(host->look);
+	host->look = fcntl(text, F_DUPFD_CLOEXEC, 3);
+	if (host->look < 0)
+		r = pen_error_system(err, errno, "no descriptor for a view");
+	for (uint32_t i = 0; r == 0 && i < host->slot_count; i++)
+		look(&host->slots[i], bytes, size, frame);
+	(void)munmap((void *)(uintptr_t)bytes, size);
+	return r;
 }
 
 uint32_t pen_host_needs(const struct pen_host *host, const struct pen_sha256 **ret_needs)

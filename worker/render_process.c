@@ -34,7 +34,7 @@ static int confine(const struct pen_worker_config *config, pid_t parent, int cha
 }
 
 struct render_process {
-	const struct pen_render_shot *shot;
+	struct pen_view *view;
 	const struct pen_render_scene *scene; /* the frame rendered last */
 	struct pen_renderer *renderer;
 	struct pen_result *result;
@@ -44,7 +44,8 @@ struct render_process {
 static bool render(
 	struct render_process *self, const struct pen_order *order, struct pen_answer *ret_answer)
 {
-	const struct pen_render_scene *scene = pen_render_shot_scene(self->shot, order->unit.frame);
+	const struct pen_render_scene *scene =
+		pen_render_shot_scene(self->view->shot, order->unit.frame);
 	size_t size = pen_rect_area(order->unit.rect) * order->channels * sizeof(float);
 	int64_t start_us = pen_clock_us();
 
@@ -62,31 +63,55 @@ static bool render(
 	return true;
 }
 
+/* The frames of an animation cannot be made here: then none is ready. */
+static bool look(
+	struct render_process *self, int channel, size_t size, struct pen_answer *ret_answer)
+{
+	char *text = size > 0 && size <= PEN_LOOK_BYTES_MAX ? malloc(size) : NULL;
+	struct pen_answer answer = {0};
+	struct pen_error err = PEN_ERROR_INIT;
+	bool looks;
+
+	looks = text && read(channel, text, size) == (ssize_t)size &&
+		pen_view_take(self->view, text, size, &err) == 0;
+	free(text);
+	pen_render_shot_ready(self->view->shot, &answer.frame_first, &answer.frame_end);
+	if (looks && answer.frame_first < answer.frame_end) {
+		pen_renderer_destroy(self->renderer);
+		self->renderer = NULL;
+		self->scene = pen_render_shot_scene(self->view->shot, answer.frame_first);
+		looks = pen_renderer_create(self->scene, &self->renderer, &err) == 0;
+	}
+	*ret_answer = answer;
+	return looks;
+}
+
 /* Plain read and write: the sandbox has no other way to use a socket. */
 static void serve(struct render_process *self, int channel)
 {
 	struct pen_answer answer = {0};
 	struct pen_order order;
 
-	pen_render_shot_ready(self->shot, &answer.frame_first, &answer.frame_end);
+	pen_render_shot_ready(self->view->shot, &answer.frame_first, &answer.frame_end);
 	while (write(channel, &answer, sizeof answer) == sizeof answer &&
 		read(channel, &order, sizeof order) == sizeof order) {
 		order.unit.mask = order.has_mask ? order.mask : NULL;
-		if (!render(self, &order, &answer))
+		if (order.lease == 0 ? !look(self, channel, order.channels, &answer)
+				     : !render(self, &order, &answer))
 			return;
 	}
 }
 
-void pen_render_process_run(const struct pen_worker_config *config,
-	const struct pen_render_shot *shot, pid_t parent, int channel, int results, uint32_t slot)
+void pen_render_process_run(const struct pen_worker_config *config, struct pen_view *view,
+	pid_t parent, int channel, int results, uint32_t slot)
 {
-	struct render_process self = {.shot = shot};
+	struct render_process self = {.view = view};
 	struct pen_error err = PEN_ERROR_INIT;
 	uint32_t first, end;
 	int r;
 
-	pen_render_shot_ready(shot, &first, &end);
-	self.scene = pen_render_shot_scene(shot, first);
+	pen_render_shot_ready(view->shot, &first, &end);
+	self.scene = pen_render_shot_scene(view->shot, first);
 	r = confine(config, parent, channel, results, &err);
 	if (r == 0)
 		r = pen_memory_map_result(results, slot, &self.result, &err);

@@ -2,8 +2,8 @@
 #ifndef PEN_WORKER_RENDER_PROCESS_H
 #define PEN_WORKER_RENDER_PROCESS_H
 
-#include "core/render/shot.h"
 #include "worker/config.h"
+#include "worker/view.h"
 
 #include <stdint.h>
 #include <sys/types.h>
@@ -14,7 +14,7 @@
  * pool closes the channel or the parent dies, with _exit: the parent's buffers and threads are not
  * its own.
  */
-_Noreturn void pen_render_process_run(const struct pen_worker_config *config,
-	const struct pen_render_shot *shot, pid_t parent, int channel, int results, uint32_t slot);
+_Noreturn void pen_render_process_run(const struct pen_worker_config *config, struct pen_view *view,
+	pid_t parent, int channel, int results, uint32_t slot);
 
 #endif

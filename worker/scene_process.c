@@ -10,6 +10,7 @@
 #include "worker/intake.h"
 #include "worker/memory.h"
 #include "worker/render_process.h"
+#include "worker/view.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -27,9 +28,7 @@ struct scene_process {
 	const struct pen_worker_config *config;
 	pid_t pid; /* our own */
 	int channel, results, signals;
-	struct pen_render_shot *shot;	   /* NULL until it has been built */
-	struct pen_scene *scene;	   /* that was built */
-	struct pen_scene *view;		   /* whose view of it is shown; NULL: its own */
+	struct pen_view view;		   /* its shot is NULL until it has been built */
 	pid_t children[PEN_PROCESSES_MAX]; /* of each slot; 0 = none */
 	uint32_t serials[PEN_PROCESSES_MAX];
 };
@@ -135,12 +134,12 @@ static int build(struct scene_process *self, const char *text, size_t size, stru
 		r = pen_scene_parse(tree, &building.scene, building.errors, err);
 	if (r == 0)
 		r = pen_intake_run(self->channel, building.scene, expand, &building, err);
-	self->scene = building.scene;
+	self->view.scene = building.scene;
 	if (r < 0)
 		tell_errors(self, building.errors, err);
 	else
-		r = pen_render_shot_create(
-			building.scene, building.pictures, self->config->isa, &self->shot, err);
+		r = pen_render_shot_create(building.scene, building.pictures, self->config->isa,
+			&self->view.shot, err);
 	if (r == 0)
 		tell_warnings(self, building.scene);
 	json_decref(tree);
@@ -171,36 +170,11 @@ static void load(struct scene_process *self, int text_fd, uint32_t frame)
 		(void)munmap((void *)(uintptr_t)text, size);
 	}
 	if (r == 0)
-		r = pen_render_shot_prepare(self->shot, frame, &err);
+		r = pen_render_shot_prepare(self->view.shot, frame, &err);
 	if (r == 0)
 		tell(self, &(struct pen_control){.type = PEN_CONTROL_READY});
 	else
 		tell_failure(self, &err);
-}
-
-/* The coordinator has read the text before; what is not its view is as it was. */
-static int take_view(
-	struct scene_process *self, const char *text, size_t size, struct pen_error *err)
-{
-	struct pen_scene_errors *errors = calloc(1, sizeof *errors);
-	struct pen_scene *view = NULL;
-	json_t *tree = NULL;
-	int r = errors ? pen_json_parse(text, size, &tree, err) : pen_error_memory(err);
-
-	if (r == 0)
-		r = pen_scene_parse(tree, &view, errors, err);
-	json_decref(tree);
-	free(errors);
-	if (r < 0)
-		return r;
-	self->scene->camera = view->camera;
-	self->scene->image = view->image;
-	self->scene->sampling = view->sampling;
-	r = pen_render_shot_look(self->shot, err);
-	/* Its keys are the camera's. */
-	pen_scene_destroy(self->view);
-	self->view = view;
-	return r;
 }
 
 static void look(struct scene_process *self, int text_fd)
@@ -212,7 +186,7 @@ static void look(struct scene_process *self, int text_fd)
 
 	(void)close(text_fd);
 	if (r == 0) {
-		r = take_view(self, text, size, &err);
+		r = pen_view_take(&self->view, text, size, &err);
 		(void)munmap((void *)(uintptr_t)text, size);
 	}
 	if (r < 0)
@@ -238,7 +212,7 @@ static void start(struct scene_process *self, const struct pen_control *control,
 
 	self->children[slot] = 0;
 	self->serials[slot] = control->serial;
-	if (pen_render_shot_prepare(self->shot, control->frame, &err) < 0) {
+	if (pen_render_shot_prepare(self->view.shot, control->frame, &err) < 0) {
 		(void)close(child_channel);
 		tell_failure(self, &err);
 		return;
@@ -246,7 +220,7 @@ static void start(struct scene_process *self, const struct pen_control *control,
 	pid = fork();
 	if (pid == 0)
 		pen_render_process_run(
-			self->config, self->shot, self->pid, child_channel, self->results, slot);
+			self->config, &self->view, self->pid, child_channel, self->results, slot);
 	(void)close(child_channel);
 	if (pid > 0)
 		self->children[slot] = pid;
@@ -278,11 +252,11 @@ static void obey(struct scene_process *self)
 
 	if (pen_channel_receive(self->channel, &control, sizeof control, &fd, 1, NULL) < 0)
 		_exit(EXIT_SUCCESS);
-	if (control.type == PEN_CONTROL_LOAD && !self->shot && fd >= 0)
+	if (control.type == PEN_CONTROL_LOAD && !self->view.shot && fd >= 0)
 		load(self, fd, control.frame);
-	else if (control.type == PEN_CONTROL_LOOK && self->shot && fd >= 0)
+	else if (control.type == PEN_CONTROL_LOOK && self->view.shot && fd >= 0)
 		look(self, fd);
-	else if (control.type == PEN_CONTROL_START && self->shot && fd >= 0 &&
+	else if (control.type == PEN_CONTROL_START && self->view.shot && fd >= 0 &&
 		 control.id < self->config->processes)
 		start(self, &control, fd);
 	else

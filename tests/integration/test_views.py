@@ -273,7 +273,7 @@ def test_a_view_takes_over_the_process_of_the_one_before(service):
     service.wait_progress(running)
     service.wait(service.submit({"scene": SCENE, "override": {"camera": {"position": [1, 1, 7]}}}))
     assert service.resource(running)["state"] == "running"
-    assert set(pool.scenes()) != before
+    farm.wait_for(lambda: len(pool.scenes()) > len(before), 5, "a scene process of its own")
     service.patch(running, {"state": "cancelled"})
 
 
