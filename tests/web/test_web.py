@@ -94,6 +94,14 @@ def test_a_scene_is_turned_round(browser, service, render):
     assert not [r for r in service.get("/v1/renders?state=running")["renders"] if r["preview"]]
 
 
+def test_details_of_a_large_image(browser, service):
+    """Breaks if a large image is fetched or held as a whole, or stays blurred when one looks closely."""
+    image = {"width": 4096, "height": 3072, "crop": [1536, 1152, 2560, 1920]}
+    large = service.submit({"scene": SCENE, "override": {"image": image, "sampling": {"samples": 1}}})
+    service.wait(large)
+    browser.play("deep", service, render=large, width=4096)
+
+
 def test_a_restart_while_the_page_is_open(browser, service):
     """Breaks if the page has to be loaded again after the service was, or shows an old image."""
     port = service.http_port

@@ -111,7 +111,7 @@ export class CameraSession extends EventTarget {
             const {id} = await this.#post(view, {...size, samples: this.#samples, priority: 80});
             if (this.#closed || view !== this.view)
                 return;
-            this.#live = new Live(id, this.#stage, {exposure: this.exposure}, true);
+            this.#live = new Live(id, imagePath(id, "jpg", {exposure: this.exposure}), this.#stage, true);
             this.#live.addEventListener("progress", ({detail}) => this.#tell("refining", detail.progress));
             this.#live.addEventListener("done", ({detail}) => this.#settle(detail));
         } catch (refusal) {

@@ -16,6 +16,7 @@ export class RenderRow {
     #picture = element("img", {alt: "", loading: "lazy", decoding: "async", width: "96", height: "54"});
     #name = element("span", {class: "row-name"});
     #state = element("span", {class: "row-state"});
+    #age = element("span", {class: "row-age"});
     #facts = element("span", {class: "row-facts"});
     #bar = element("span", {class: "bar"}, element("span", {class: "bar-fill"}));
     #link;
@@ -24,7 +25,7 @@ export class RenderRow {
     constructor(render) {
         this.#link = element("a", {class: "row", href: `#/renders/${render.id}`},
             element("span", {class: "thumbnail"}, this.#picture),
-            element("span", {class: "row-text"}, this.#name, element("span", {class: "row-line"}, this.#state, this.#facts), this.#bar));
+            element("span", {class: "row-text"}, this.#name, element("span", {class: "row-line"}, this.#state, this.#age), this.#facts, this.#bar));
         this.node = element("li", {}, this.#link);
         this.#picture.addEventListener("error", () => setHidden(this.#picture, true));
     }
@@ -39,7 +40,8 @@ export class RenderRow {
         setText(this.#name, nameOf(render));
         setText(this.#state, render.state === "running" ? formatPercent(render.progress) : stateOf(render));
         this.#state.className = `row-state ${render.state}`;
-        setText(this.#facts, `${render.width}×${render.height} · ${formatCount(render.samples)} spp · ${formatAge(render.created)}`);
+        setText(this.#facts, `${render.width}×${render.height} · ${formatCount(render.samples)} spp`);
+        setText(this.#age, formatAge(render.created));
         setHidden(this.#bar, isOver(render));
         this.#bar.firstChild.style.width = `${render.progress * 100}%`;
         if (isCurrent)

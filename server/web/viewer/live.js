@@ -1,29 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 import {Latest} from "../base/latest.js";
 import {follow} from "../service/events.js";
-import {getBitmap, imagePath, renderPath} from "../service/client.js";
+import {getBitmap, renderPath} from "../service/client.js";
 
 const PACE = 2; // fetching takes at most a third of the time: encoding takes from rendering
 
 /**
  * Brings a render onto the stage while it is being rendered: the tiles that the events tell are cut
- * out of image.jpg, and glow unless it is calm. "progress" and "done" come with what the events say in detail.
+ * out of its image, whose path is given, and glow unless it is calm. "progress" and "done" come with what the events say in detail.
  */
 export class Live extends EventTarget {
-    #id;
+    #path;
     #stage;
-    #query;
     #tiles = [];
     #fetches = new Latest(() => this.#fetch(), PACE);
     #stop;
     #ending = new AbortController();
     #calm;
 
-    constructor(id, stage, query = {}, calm = false) {
+    constructor(id, path, stage, calm = false) {
         super();
-        this.#id = id;
+        this.#path = path;
         this.#stage = stage;
-        this.#query = query;
         this.#calm = calm;
         this.#stop = follow(`${renderPath(id)}/events`, {
             onTiles: ({tiles}) => this.#take(tiles),
@@ -53,7 +51,7 @@ export class Live extends EventTarget {
         if (this.signal.aborted)
             return;
         try {
-            const {bitmap} = await getBitmap(imagePath(this.#id, "jpg", this.#query), this.signal);
+            const {bitmap} = await getBitmap(this.#path, this.signal);
             if (!this.signal.aborted) {
                 this.#stage.drawTiles(bitmap, tiles);
                 if (!this.#calm)

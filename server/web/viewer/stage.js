@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import {WHOLE_PIXELS_MAX} from "../service/picture.js";
 
-const PIXELS_MAX = 1 << 24;
 const GLOW_MS = 700;
 
 /**
@@ -11,6 +11,7 @@ export class Stage {
     #canvas;
     #glow;
     #scale = 1;
+    #size = {width: 1, height: 1};
     #tiles = [];
     #calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -21,14 +22,14 @@ export class Stage {
 
     /** Begins with nothing, for an image of this size. */
     clear(width, height) {
-        this.#scale = Math.min(1, Math.sqrt(PIXELS_MAX / (width * height)));
+        this.#scale = Math.min(1, Math.sqrt(WHOLE_PIXELS_MAX / (width * height)));
         for (const canvas of [this.#canvas, this.#glow]) {
             canvas.width = Math.max(1, Math.round(width * this.#scale));
             canvas.height = Math.max(1, Math.round(height * this.#scale));
         }
         this.#tiles = [];
+        this.#size = {width, height};
     }
-
 
     /** The whole image, whatever the bitmap's own size. */
     draw(bitmap) {
@@ -40,9 +41,12 @@ export class Stage {
     /** Only these rectangles, [x, y, width, height] of the image, of a bitmap of the whole. */
     drawTiles(bitmap, tiles) {
         const context = this.#canvas.getContext("2d");
-        const sx = this.#canvas.width / bitmap.width, sy = this.#canvas.height / bitmap.height;
-        for (const [x, y, width, height] of tiles)
-            context.drawImage(bitmap, x, y, width, height, x * sx, y * sy, width * sx, height * sy);
+        const place = ([x, y, width, height], to) => {
+            const sx = to.width / this.#size.width, sy = to.height / this.#size.height;
+            return [x * sx, y * sy, width * sx, height * sy];
+        };
+        for (const tile of tiles)
+            context.drawImage(bitmap, ...place(tile, bitmap), ...place(tile, this.#canvas));
     }
 
     /** Shows that these rectangles have just come. */

@@ -2,8 +2,10 @@
 import {byId, setHidden, setText} from "../base/dom.js";
 import {isOver, nameOf} from "../base/format.js";
 import {Latest} from "../base/latest.js";
-import {getBitmap, getRender, imagePath} from "../service/client.js";
+import {getBitmap, getRender} from "../service/client.js";
+import {wholePath} from "../service/picture.js";
 import {Compare} from "./compare.js";
+import {DeepZoom} from "./deep.js";
 import {heat} from "./heat.js";
 import {Live} from "./live.js";
 import {Stage} from "./stage.js";
@@ -18,6 +20,7 @@ export class Viewer extends EventTarget {
     zoom = new Zoom(byId("viewport"), byId("sheet"));
     render = null;
     look = {exposure: undefined, layer: ""};
+    #deep = new DeepZoom(byId("viewport"), byId("detail"), this.zoom);
     #compare = new Compare(byId("sheet"));
     #live = null;
     #resting = false;
@@ -38,6 +41,7 @@ export class Viewer extends EventTarget {
         this.#live?.close();
         this.#live = null;
         this.render = null;
+        this.#deep.show(null);
         this.#compare.hide();
         this.say("");
         setHidden(byId("sheet"), true);
@@ -59,9 +63,12 @@ export class Viewer extends EventTarget {
     async compare(id) {
         if (!id) {
             this.#compare.hide();
+            this.#showDetails();
             return;
         }
-        const [{bitmap}, other] = await Promise.all([getBitmap(imagePath(id, "jpg", this.#query())), getRender(id)]);
+        const other = await getRender(id);
+        const {bitmap} = await getBitmap(wholePath(other, this.#query()));
+        this.#deep.show(null);
         this.#compare.show(bitmap, nameOf(other));
     }
 
@@ -75,6 +82,7 @@ export class Viewer extends EventTarget {
         this.#resting = true;
         this.#live?.close();
         this.#live = null;
+        this.#deep.show(null);
         this.#compare.hide();
         this.say("");
     }
@@ -83,6 +91,12 @@ export class Viewer extends EventTarget {
     resume() {
         if (this.render)
             this.open(this.render);
+    }
+
+    /** Details are of plain images that are over. */
+    #showDetails() {
+        const isPlain = !this.look.layer && this.look.exposure === undefined;
+        this.#deep.show(isPlain && isOver(this.render) ? this.render : null);
     }
 
     #query() {
@@ -95,7 +109,7 @@ export class Viewer extends EventTarget {
             if (isOver(this.render))
                 return;
         }
-        this.#live = new Live(this.render.id, this.stage, this.#query());
+        this.#live = new Live(this.render.id, wholePath(this.render, this.#query()), this.stage);
         this.#live.addEventListener("progress", ({detail}) => this.#tell({...this.render, ...detail}));
         this.#live.addEventListener("done", ({detail}) => this.#finish(detail));
     }
@@ -122,10 +136,11 @@ export class Viewer extends EventTarget {
         if (!render || this.#resting)
             return;
         try {
-            const {bitmap} = await getBitmap(imagePath(render.id, this.look.layer === "samples" ? "png" : "jpg", this.#query()));
+            const {bitmap} = await getBitmap(wholePath(render, this.#query(), this.look.layer === "samples" ? "png" : "jpg"));
             const shown = this.look.layer === "samples" ? await heat(bitmap) : bitmap;
             if (this.render?.id === render.id && !this.#resting) {
                 this.stage.draw(shown);
+                this.#showDetails();
                 this.say("");
                 this.dispatchEvent(new Event("shown"));
             }
