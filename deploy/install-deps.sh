@@ -35,6 +35,7 @@ test_packages=(
     libcmocka-dev               # unit tests in C
     curl                        # README's walk-through, and a client that is not ours
     procps                      # the tests look at processes
+    iproute2                    # network namespaces for workers on spoiled wires
     valgrind libc6-dbg          # memory checks of the coordinator
     wrk                         # load of many pollers
     clang libclang-rt-14-dev    # the second compiler, and its sanitizers

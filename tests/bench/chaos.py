@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Goes on with the chaos run, or (PEN_LONG=power) with the power cuts, and adds a row to the results.
+"""Goes on with the chaos run, or (PEN_LONG=power, wire) with the power cuts or the spoiled wires, and
+adds a row to the results.
 
 PEN_LONG_SECONDS chooses how long (default 1800); the seed is that of the last row and one.
 """
