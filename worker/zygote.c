@@ -136,7 +136,10 @@ static int prepare(struct zygote_process *self, pid_t parent, struct pen_error *
 	/* Render processes whose scene process has ended come to us, who waits for them. */
 	if (prctl(PR_SET_CHILD_SUBREAPER, 1) < 0)
 		return pen_error_system(err, errno, "PR_SET_CHILD_SUBREAPER");
+	/* They are the pool's to heed, which lets units be finished: a terminal, systemd and Slurm
+	 * send them to all processes that they started, or that these did. */
 	(void)signal(SIGINT, SIG_IGN);
+	(void)signal(SIGTERM, SIG_IGN);
 	(void)setpriority(PRIO_PROCESS, 0, NICE);
 	(void)sched_setscheduler(0, SCHED_BATCH, &batch);
 	(void)sigemptyset(&child);

@@ -9,7 +9,8 @@ import subprocess
 
 import pytest
 import yaml
-from farm import ROOT, program
+from farm import ROOT, Farm, program
+from proxy import Proxy, certificate, free_port, substitute
 
 KUBERNETES, DOCKER = ROOT / "deploy/kubernetes", ROOT / "deploy/docker"
 VERSION = re.search(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())[1]
@@ -136,10 +137,7 @@ def haproxy_texts():
 @pytest.mark.parametrize("name, text", haproxy_texts(), ids=lambda value: value.split("\n")[0][:20])
 def test_haproxy_accepts_its_files(name, text, tmp_path):
     """Breaks on a misspelt keyword, which would show when the pod starts only."""
-    openssl = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-noenc",
-               "-subj", "/CN=penumbra", "-keyout", tmp_path / "k", "-out", tmp_path / "c"]
-    subprocess.run(list(map(str, openssl)), check=True, capture_output=True, timeout=60)
-    pem = (tmp_path / "c").read_text() + (tmp_path / "k").read_text()
+    pem = certificate(tmp_path, "penumbra").read_text()
     for key in ("workers.pem", "worker.pem", "ca.pem"):
         (tmp_path / key).write_text(pem)
     path = tmp_path / "haproxy.cfg"
@@ -147,6 +145,43 @@ def test_haproxy_accepts_its_files(name, text, tmp_path):
     run = subprocess.run(["haproxy", "-c", "-f", path], capture_output=True, text=True, timeout=60, check=False,
                          env={"PENUMBRA_PASSWORD": "secret", "PATH": "/usr/sbin:/usr/bin"})
     assert run.returncode == 0 and "[WARNING]" not in run.stderr, run.stderr
+
+
+def test_the_pods_proxies_carry_clients_and_workers(tmp_path):
+    """The texts of both ConfigMaps, between a coordinator and a worker. Breaks when a probe wants a password, a
+    client needs none, or a worker does not come through with its certificate."""
+    for name, authority in (("authority", None), ("penumbra", tmp_path / "authority"), ("worker", tmp_path / "authority")):
+        certificate(tmp_path, name, authority)
+    http, far, near = (free_port() for _ in range(3))
+    with Farm(processes=0) as farm:
+        (tmp_path / "a.cfg").write_text(substitute(
+            find("ConfigMap", "penumbra-proxy")["data"]["haproxy.cfg"], ("bind :8080", f"bind 127.0.0.1:{http}"),
+            ("bind :8443", f"bind 127.0.0.1:{far}"), ("127.0.0.1:8090", f"127.0.0.1:{farm.http_port}"),
+            ("127.0.0.1:8081", f"127.0.0.1:{farm.worker_port}"), ("/keys/workers.pem", tmp_path / "penumbra.pem"),
+            ("/keys/ca.pem", tmp_path / "authority.crt"), ("${PENUMBRA_PASSWORD}", "secret")))
+        (tmp_path / "b.cfg").write_text(substitute(
+            find("ConfigMap", "penumbra-worker-proxy")["data"]["haproxy.cfg"],
+            ("127.0.0.1:8081", f"127.0.0.1:{near}"), ("penumbra:8443", f"127.0.0.1:{far}"),
+            ("/keys/worker.pem", tmp_path / "worker.pem"), ("/keys/ca.pem", tmp_path / "authority.crt")))
+        with (Proxy(["haproxy", "-db", "-q", "-f", tmp_path / "a.cfg"], http, far),
+              Proxy(["haproxy", "-db", "-q", "-f", tmp_path / "b.cfg"], near)):
+            url = f"http://127.0.0.1:{http}"
+            for path, expected in (("/livez", 200), ("/readyz", 200), ("/metrics", 200), ("/v1/farm", 401)):
+                assert status_of("-H", "Host: penumbra:8080", url + path) == expected, path
+            assert status_of("-u", "penumbra:secret", "-H", "Host: penumbra:8080", url + "/v1/farm") == 200
+            worker = subprocess.Popen([program("penumbra-worker"), "--connect", f"127.0.0.1:{near}",
+                                       "--processes", "1"], stdin=subprocess.DEVNULL)
+            try:
+                farm.render({"version": 1, "image": {"width": 32, "height": 32}, "objects": []})
+            finally:
+                worker.terminate()
+                worker.wait(timeout=20)
+
+
+def status_of(*words):
+    run = subprocess.run(["curl", "-sS", "-o", "/dev/null", "-w", "%{http_code}", *words], capture_output=True,
+                         text=True, timeout=30, check=True)
+    return int(run.stdout)
 
 
 def test_compose_names_what_is_there():

@@ -6,34 +6,18 @@ import hashlib
 import http.client
 import json
 import pathlib
-import signal
 import socket
 import ssl
 import subprocess
 import time
 
 import pytest
-from farm import ROOT, Farm, program, wait_for
+from farm import ROOT, Farm, program
+from proxy import Proxy, certificate, free_port, substitute
 
 DEPLOY = ROOT / "deploy"
 NAME = "render.example"
 PASSWORD = "artist:secret"
-
-
-def openssl(*words):
-    subprocess.run(["openssl", *map(str, words)], capture_output=True, check=True, timeout=60)
-
-
-def certificate(directory, name, authority=None):
-    """name.pem with key and certificate, signed by another one or by itself."""
-    key, cert, pem = (directory / f"{name}.{end}" for end in ("key", "crt", "pem"))
-    signer = ["-CA", f"{authority}.crt", "-CAkey", f"{authority}.key"] if authority else []
-    openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", 2,
-            "-subj", f"/CN={name}", "-addext", f"subjectAltName=DNS:{name}", *signer,
-            *(["-addext", "basicConstraints=critical,CA:FALSE"] if authority else []),
-            "-keyout", key, "-out", cert)
-    pem.write_text(cert.read_text() + key.read_text())
-    return pem
 
 
 @pytest.fixture(scope="module")
@@ -47,49 +31,9 @@ def keys(tmp_path_factory):
     return directory
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as held:
-        return held.getsockname()[1]
-
-
-def substitute(text, *pairs):
-    """Every pair must be in the text: the examples are used as they are but for these."""
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, str(new))
-    return text
-
-
 def hash_of(password):
     return subprocess.run(["openssl", "passwd", "-5", password], capture_output=True, text=True, check=True,
                           timeout=60).stdout.strip()
-
-
-class Proxy:
-    """A proxy's process with its port; ends with the block."""
-
-    def __init__(self, command, *ports):
-        self.command, self.ports = command, ports
-
-    def __enter__(self):
-        self.process = subprocess.Popen(list(map(str, self.command)), stdin=subprocess.DEVNULL,
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        try:
-            wait_for(lambda: all(map(self.listens, self.ports)), 20, f"{self.command[0]} listening")
-        except BaseException:
-            self.__exit__()
-            print(self.process.stdout.read().decode())
-            raise
-        return self
-
-    @staticmethod
-    def listens(port):
-        with socket.socket() as probe:
-            return probe.connect_ex(("127.0.0.1", port)) == 0
-
-    def __exit__(self, *_):
-        self.process.send_signal(signal.SIGTERM)
-        self.process.wait(timeout=20)
 
 
 def nginx(directory, farm, keys, port):

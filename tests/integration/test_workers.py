@@ -233,3 +233,19 @@ def test_a_drained_worker_gets_work_again_after_a_reset():
         assert service.resource(render)["state"] == "queued"
         assert json.loads(service.request("POST", f"{path}/reset").body)["state"] == "ready"
         service.wait(render)
+
+
+def test_sigterm_to_all_processes_of_a_worker_is_a_drain(undisturbed):
+    """As systemd and Slurm stop what they started. Broken by render processes that end at once: what they
+    were at would be lost, and the worker blamed for it."""
+    with farm.Farm(0) as service:
+        worker = service.connect_worker(2)
+        render = service.submit(long_render(SAMPLES))
+        service.wait_progress(render)
+        for pid in (worker.pid, *farm.descendants(worker.pid)):
+            os.kill(pid, signal.SIGTERM)
+        assert worker.wait(timeout=30 * farm.SLOW) == 0
+        text = service.request("GET", "/metrics").body.decode()
+        assert "\npenumbra_units_failed_total 0\n" in text
+        service.connect_worker(2)
+        finish(service, render, undisturbed)

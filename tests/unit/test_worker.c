@@ -91,7 +91,7 @@ static void test_crash(void **state)
 /* Fails when a signal from outside is taken for the unit's fault. */
 static void test_render_process_killed(void **state)
 {
-	static const int signals[] = {SIGKILL, SIGTERM, SIGSTOP};
+	static const int signals[] = {SIGKILL, SIGHUP, SIGSTOP};
 	struct coordinator c;
 	pid_t pid;
 
