@@ -86,26 +86,43 @@ class Server:
         self._secure, self._context = parts.scheme == "https", context
         self._connection = None
 
-    def submit(self, scene, *, name=None, priority=None, override=None, fresh=False, **settings):
+    def submit(self, scene, *, name=None, priority=None, override=None, fresh=False, key=None,
+               preview=False, replaces=None, deadline_s=None, **settings):
         """Hands a scene in and returns its Render at once.
 
-        scene: a dict, or the path of a scene file or a GLB. override is a JSON Merge Patch onto
+        scene: a dict, the path of a scene file or a GLB, or what keep() returned. override is a JSON Merge Patch onto
         it; settings are short for the usual ones: width, height, samples, seed, mode. fresh
-        renders again what was rendered before.
+        renders again what was rendered before; key, any text of your own, makes it safe to submit
+        again after an error. A preview is not kept for long; the render (or id) that it replaces
+        is cancelled at once. One that is not done after deadline_s fails.
         """
-        scene, base = _load(scene)
-        scene = self._upload_assets(scene, base)
         patch = _merge(override or {}, _override_of(settings))
-        options = {k: v for k, v in (("name", name), ("priority", priority)) if v is not None}
+        options = {"name": name, "priority": priority, "preview": preview or None,
+                   "replaces": getattr(replaces, "id", replaces), "deadline_s": deadline_s}
+        options = {k: v for k, v in options.items() if v is not None}
         headers = {"Content-Type": "application/json"}
         if fresh:
             headers["Cache-Control"] = "no-store"
-        body = {"scene": _patched(scene, patch), "options": options}
+        if key is not None:
+            headers["Idempotency-Key"] = key
+        if isinstance(scene, str) and ASSET.fullmatch(scene):
+            body = {"scene": scene, "override": patch, "options": options}
+        else:
+            scene = self._upload_assets(*_load(scene))
+            body = {"scene": _patched(scene, patch), "options": options}
         try:
             answer = self._json("POST", "/v1/renders", json.dumps(body).encode(), headers)
         except Refused as refusal:
             raise refusal.within("/scene") from None
         return Render(self, answer["id"])
+
+    def keep(self, scene):
+        """Stores a scene for many views; returns the name that submit() takes in its place."""
+        text = json.dumps(self._upload_assets(*_load(scene))).encode()
+        digest = hashlib.sha256(text).hexdigest()
+        self._request("PUT", f"/v1/scenes/sha256/{digest}", text,
+                      {"Content-Type": "application/json"})
+        return f"sha256:{digest}"
 
     def renders(self, state=None):
         """The resources of all renders, newest first, page by page as they are asked for."""
@@ -119,6 +136,14 @@ class Server:
 
     def workers(self):
         return self._json("GET", "/v1/workers")["workers"]
+
+    def drain(self, worker):
+        """Gives the worker with this id no more work."""
+        return self._json("POST", f"/v1/workers/{worker}/drain")
+
+    def reset(self, worker):
+        """Forgets its strikes and gives it work again."""
+        return self._json("POST", f"/v1/workers/{worker}/reset")
 
     def farm(self):
         return self._json("GET", "/v1/farm")
@@ -255,6 +280,12 @@ class Render:
 
     def cancel(self):
         return self.change(state="cancelled")
+
+    def pause(self):
+        return self.change(state="paused")
+
+    def resume(self):
+        return self.change(state="running")
 
     def delete(self):
         self.server._request("DELETE", self._path)

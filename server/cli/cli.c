@@ -24,6 +24,8 @@ static const struct pen_command commands[] = {
 	{"list", "show the renders, newest first", pen_cli_list},
 	{"watch", "follow a render until it ends", pen_cli_watch},
 	{"cancel", "stop a render; its partial image stays", pen_cli_cancel},
+	{"pause", "have a render wait", pen_cli_pause},
+	{"resume", "have a paused render go on", pen_cli_resume},
 	{"workers", "show the workers", pen_cli_workers},
 	{"version", "print the version", version_main},
 };

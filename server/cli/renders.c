@@ -73,15 +73,15 @@ int pen_renders_get(struct pen_client *client, const char *id, struct pen_resour
 	return r < 0 ? r : answer_read(client, ret_resource, err);
 }
 
-int pen_renders_cancel(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
-	struct pen_error *err)
+int pen_renders_set_state(struct pen_client *client, const char *id, const char *state,
+	struct pen_resource *ret_resource, struct pen_error *err)
 {
-	static const char body[] = "{\"state\":\"cancelled\"}";
-	char path[PATH_SIZE];
+	char path[PATH_SIZE], body[64];
 	int r = path_of(id, "", path, err);
 
+	(void)snprintf(body, sizeof body, "{\"state\":\"%s\"}", state);
 	if (r == 0)
-		r = pen_client_call(client, "PATCH", path, body, sizeof body - 1, err);
+		r = pen_client_call(client, "PATCH", path, body, strlen(body), err);
 	return r < 0 ? r : answer_read(client, ret_resource, err);
 }
 

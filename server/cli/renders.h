@@ -17,8 +17,9 @@ int pen_renders_submit(struct pen_client *client, const struct pen_buf *scene,
 int pen_renders_get(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
 	struct pen_error *err);
 
-int pen_renders_cancel(struct pen_client *client, const char *id, struct pen_resource *ret_resource,
-	struct pen_error *err);
+/* state: "cancelled", "paused" or "running". */
+int pen_renders_set_state(struct pen_client *client, const char *id, const char *state,
+	struct pen_resource *ret_resource, struct pen_error *err);
 
 /*
  * Asks again and again, at most every interval_ms, until the render is over, showing progress.

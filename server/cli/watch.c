@@ -28,6 +28,22 @@ static const char cancel_help[] =
 	"  --json          print the server's whole answer\n"
 	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
 
+static const char pause_help[] =
+	"usage: penumbra pause [OPTION…] ID\n"
+	"\n"
+	"Has a render wait, without giving up what is rendered, until it is resumed.\n"
+	"\n"
+	"  --json          print the server's whole answer\n"
+	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+
+static const char resume_help[] =
+	"usage: penumbra resume [OPTION…] ID\n"
+	"\n"
+	"Has a paused render go on.\n"
+	"\n"
+	"  --json          print the server's whole answer\n"
+	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+
 static const struct option options[] = {
 	{"json", no_argument, NULL, PEN_OPTION_JSON},
 	{"server", required_argument, NULL, PEN_OPTION_SERVER},
@@ -48,6 +64,24 @@ static const struct pen_usage watch_usage = {
 static const struct pen_usage cancel_usage = {
 	.command = "cancel",
 	.help = cancel_help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "ID",
+};
+
+static const struct pen_usage pause_usage = {
+	.command = "pause",
+	.help = pause_help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "ID",
+};
+
+static const struct pen_usage resume_usage = {
+	.command = "resume",
+	.help = resume_help,
 	.letters = ":h",
 	.options = options,
 	.operand = PEN_OPERAND_REQUIRED,
@@ -89,18 +123,34 @@ int pen_cli_watch(int argc, char **argv)
 	return pen_session_close(&session, r);
 }
 
-int pen_cli_cancel(int argc, char **argv)
+static int change_state(const struct pen_usage *usage, const char *state, int argc, char **argv)
 {
 	struct pen_resource resource;
 	struct pen_session session;
 	int code, r;
 
-	if (!pen_session_open(&session, &cancel_usage, argc, argv, &code))
+	if (!pen_session_open(&session, usage, argc, argv, &code))
 		return code;
-	r = pen_renders_cancel(session.client, session.options.operand, &resource, &session.err);
+	r = pen_renders_set_state(
+		session.client, session.options.operand, state, &resource, &session.err);
 	if (r == 0 && session.options.json)
 		pen_print_json(pen_client_answer(session.client));
 	else if (r == 0)
 		(void)printf("%s: %s\n", resource.id, resource.state);
 	return pen_session_close(&session, r);
+}
+
+int pen_cli_cancel(int argc, char **argv)
+{
+	return change_state(&cancel_usage, "cancelled", argc, argv);
+}
+
+int pen_cli_pause(int argc, char **argv)
+{
+	return change_state(&pause_usage, "paused", argc, argv);
+}
+
+int pen_cli_resume(int argc, char **argv)
+{
+	return change_state(&resume_usage, "running", argc, argv);
 }

@@ -11,7 +11,7 @@ import pytest
 from fake_server import FakeServer
 from farm import program, wait_for
 
-COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "workers")
+COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "workers")
 RUNNING = {"id": "abc", "state": "running", "progress": 0.5, "samples_done": 10, "seconds": 0.1}
 DONE = {**RUNNING, "state": "done", "progress": 1, "seconds": 1.5}
 
@@ -190,12 +190,13 @@ def test_workers_are_shown():
     assert len(lines) == 2 and lines[1].split()[:4] == ["7", "here", "127.0.0.1:9", "2"]
 
 
-def test_cancel_asks_for_the_state():
-    answer = {**RUNNING, "state": "cancelled"}
+@pytest.mark.parametrize("command, state", [("cancel", "cancelled"), ("pause", "paused"), ("resume", "running")])
+def test_commands_ask_for_their_state(command, state):
+    answer = {**RUNNING, "state": state}
     with FakeServer({("PATCH", "/v1/renders/abc"): (200, answer)}) as server:
-        run = penumbra("cancel", "abc", server=server)
-    assert run.returncode == 0 and run.stdout == "abc: cancelled\n"
-    assert json.loads(server.requests[0][2]) == {"state": "cancelled"}
+        run = penumbra(command, "abc", server=server)
+    assert run.returncode == 0 and run.stdout == f"abc: {state}\n"
+    assert json.loads(server.requests[0][2]) == {"state": state}
 
 
 def test_watch_follows_until_the_render_is_done():

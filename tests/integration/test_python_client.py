@@ -137,3 +137,28 @@ def test_as_a_program_it_renders_a_file(farm, tmp_path):
     assert output.read_bytes().startswith(b"\x89PNG")
     scene.write_text("{}")
     assert subprocess.run([*program, str(output)], timeout=60).returncode == 1
+
+
+def test_views_of_a_kept_scene(server):
+    """Breaks if a view is rendered without its override, or leaves the one before rendering."""
+    kept = server.keep(SCENE)
+    assert server.keep(SCENE) == kept
+    first = server.submit(kept, preview=True, samples=60000, width=512, height=512)
+    view = server.submit(kept, override={"image": {"width": 16}}, preview=True, replaces=first)
+    assert view.wait()["width"] == 16
+    assert first.resource()["state"] == "cancelled"
+
+
+def test_a_key_makes_submitting_again_safe(server):
+    again = [server.submit(SCENE, key="mine", fresh=True).id for _ in range(2)]
+    assert again[0] == again[1]
+
+
+def test_pausing_and_draining(server):
+    worker = server.workers()[0]["id"]
+    assert server.drain(worker)["state"] == "draining"
+    render = server.submit(SCENE, seed=77)
+    assert render.pause()["state"] == "paused"
+    assert render.resume()["state"] == "queued"
+    assert server.reset(worker)["state"] == "ready"
+    render.wait()

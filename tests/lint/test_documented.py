@@ -42,7 +42,7 @@ def commands():
 
 
 OF_DIRECTORIES = ["fsck", "backup", "restore"]
-OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "workers", "serve", "config",
+OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "workers", "serve", "config",
                *OF_DIRECTORIES]
 
 

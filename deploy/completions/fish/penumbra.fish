@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel workers serve fsck backup restore config version
+set -l commands render submit status list watch cancel pause resume workers serve fsck backup restore config version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
 complete -c penumbra -l help
@@ -18,8 +18,8 @@ complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l backgroun
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l processes -x
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l isa -x -a "v2 v3 v4"
 complete -c penumbra -n "__fish_seen_subcommand_from render watch" -l quiet
-complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel workers" -l server -x
-complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel workers" -l json -d "print JSON"
+complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume workers" -l server -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume workers" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore" -l data -r
