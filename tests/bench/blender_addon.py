@@ -71,6 +71,10 @@ def main():
         lines.append("cancelled: by Esc, after a partial image; the server's render is cancelled")
         assert "127.0.0.1:9" in report["nobody"], report
         lines.append("no server: an error that names it")
+        wanted = {"RENDER_PT_penumbra", "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_surface", "DATA_PT_EEVEE_light",
+                  "DATA_PT_lens", "DATA_PT_camera_dof"}
+        assert wanted <= set(report["panels"]), wanted - set(report["panels"])
+        lines.append("panels: world, materials, lights and cameras can be edited")
     print("\n".join(lines))
     RESULTS.write_text("\n".join(lines) + "\n")
     print(f"{len(lines) - 1} passed, 0 failed, in {time.monotonic() - start:.0f} s")

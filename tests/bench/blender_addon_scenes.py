@@ -181,6 +181,8 @@ def main(addons, server, out):
     report["cancelled"] = cancelled(server, out)
     scene = begin(lens, out, "http://127.0.0.1:9", out / "nobody")
     report["nobody"] = failure(scene, out / "nobody.exr")
+    report["panels"] = sorted(panel.__name__ for panel in bpy.types.Panel.__subclasses__()
+                              if "PENUMBRA" in getattr(panel, "COMPAT_ENGINES", ()))
     addon_utils.disable("penumbra_render")
     report["left_after_disable"] = hasattr(bpy.types.Scene, "penumbra") or hasattr(bpy.types, "RENDER_PT_penumbra")
     (out / "report.json").write_text(json.dumps(report))

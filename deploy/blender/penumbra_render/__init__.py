@@ -19,9 +19,8 @@ bl_info = {
     "category": "Render",
 }
 
-PANELS = {"WORLD_PT_context_world", "CAMERA_PT_dof", "CAMERA_PT_dof_aperture", "DATA_PT_lens", "DATA_PT_camera",
-          "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_context_camera", "DATA_PT_context_light",
-          "DATA_PT_context_mesh", "MATERIAL_PT_preview"}
+# Of the built-in engines' panels, those about worlds, lights, cameras, meshes and materials.
+SHARED = ("WORLD_PT_", "DATA_PT_", "MATERIAL_PT_", "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_")
 
 
 class Preferences(bpy.types.AddonPreferences):
@@ -80,12 +79,10 @@ CLASSES = (Preferences, Settings, RENDER_PT_penumbra, engine.PenumbraEngine)
 
 
 def panels():
-    """Blender's panels that make sense here: those of the world, lights, cameras and materials, which
-    the built-in engines share."""
+    """Blender's own panels that make sense here too."""
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", ())
-        if "BLENDER_RENDER" in engines or panel.__name__ in PANELS or (
-                "BLENDER_EEVEE" in engines and panel.__name__.startswith(("WORLD_PT_", "DATA_PT_", "EEVEE_MATERIAL_PT_"))):
+        if "BLENDER_EEVEE" in engines and panel.__name__.startswith(SHARED):
             yield panel
 
 

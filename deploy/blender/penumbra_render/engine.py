@@ -46,11 +46,7 @@ class PenumbraEngine(bpy.types.RenderEngine):
         if scene.camera is None:
             raise ValueError("the scene has no camera")
         self.update_stats("", "Exporting the scene")
-        camera = scene.camera.evaluated_get(depsgraph)
-        lights = [instance.object for instance in depsgraph.object_instances
-                  if instance.object.type == "LIGHT" and instance.object.data.type == "AREA"
-                  and not instance.is_instance]
-        content = description.scene_of(scene, camera, lights, directory)
+        content = description.scene_of(scene, depsgraph, directory)
         (directory / "scene.json").write_text(json.dumps(content, indent=2))
         self.export(scene, directory)
 

@@ -11,22 +11,6 @@ import sys
 import bpy
 
 
-def give_materials(scene):
-    """To what has none Blender gives a matte grey, glTF a white metal."""
-    plain = bpy.data.materials.new("Plain")
-    plain.use_nodes = True
-    surface = next(node for node in plain.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    surface.inputs["Base Color"].default_value = (0.8, 0.8, 0.8, 1)
-    surface.inputs["Specular"].default_value, surface.inputs["Roughness"].default_value = 0, 1
-    for placed in scene.objects:
-        if placed.type not in {"MESH", "CURVE", "SURFACE", "FONT", "META"}:
-            continue
-        if not placed.material_slots:
-            placed.data.materials.append(plain)
-        for slot in placed.material_slots:
-            slot.material = slot.material or plain
-
-
 def main(path, name, frame, apply_modifiers, out):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with bpy.data.libraries.load(path) as (_, wanted):
@@ -34,7 +18,6 @@ def main(path, name, frame, apply_modifiers, out):
     scene = wanted.scenes[0]
     bpy.context.window.scene = scene
     scene.frame_set(int(frame))
-    give_materials(scene)
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
     bpy.ops.export_scene.gltf(
         filepath=out, export_format="GLB", export_cameras=True, export_lights=True,

@@ -24,11 +24,9 @@ def crop_of(render):
     return [left, height - top, right, height - bottom]
 
 
-def scene_of(scene, camera, lights, directory):
-    """The scene file's content. Files that it names are put into directory, but for model.glb.
-
-    camera and lights are evaluated objects.
-    """
+def scene_of(scene, depsgraph, directory):
+    """The scene file's content. Files that it names are put into directory, but for model.glb."""
+    camera = scene.camera.evaluated_get(depsgraph)
     width, height = size_of(scene.render)
     made = {
         "version": 1,
@@ -42,8 +40,8 @@ def scene_of(scene, camera, lights, directory):
     }
     if crop := crop_of(scene.render):
         made["image"]["crop"] = crop
-    if areas := [area_light(light) for light in lights]:
-        made["lights"] = areas
+    if lights := area_lights(depsgraph):
+        made["lights"] = lights
     return made
 
 
@@ -123,9 +121,14 @@ def y_up(vector):
     return [vector[0], vector[2], -vector[1]]
 
 
-def area_light(light):
-    """glTF has no area lights. Blender's watts are spread over four times the area, not pi times."""
-    data, matrix = light.data, light.matrix_world
+def area_lights(depsgraph):
+    """glTF has none. What the graph tells of an instance holds until it tells of the next one."""
+    return [area_light(found.object.data, found.matrix_world) for found in depsgraph.object_instances
+            if found.object.type == "LIGHT" and found.object.data.type == "AREA"]
+
+
+def area_light(data, matrix):
+    """Blender's watts are spread over four times the area, not pi times."""
     width = data.size
     height = data.size_y if data.shape in ("RECTANGLE", "ELLIPSE") else data.size
     u, v, normal = (matrix.to_3x3().col[i] for i in range(3))
