@@ -308,6 +308,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 		.frame_end = run->job.frame_first + run->job.frame_count,
 		.rounds = pen_sampling_rounds(&run->job.sampling),
 		.priority = run->job.priority,
+		.restarted = run->job.restarts > 0,
 		.verify = run->job.verify,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,

@@ -123,6 +123,7 @@ int pen_sched_add_job(
 	job->paused = given->paused;
 	job->absent_ms = job->disputed_ms = -1;
 	job->verify = given->verify;
+	job->restarted = given->restarted;
 	job->virtual_seconds = sched->virtual_seconds;
 	if (given->equivalence_class)
 		(void)snprintf(job->equivalence_class, sizeof job->equivalence_class, "%s",

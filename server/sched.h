@@ -133,6 +133,7 @@ struct pen_sched_job {
 	struct pen_rounds rounds;
 	uint32_t priority;
 	bool paused;
+	bool restarted; /* it waits for the class that is the best now: that of most processes */
 	enum pen_verify verify;
 	const char *equivalence_class;	  /* NULL: not chosen yet */
 	const uint16_t *merged;		  /* rounds, as pen_reel_init takes them */

@@ -18,7 +18,7 @@ struct pen_sched_turn {
 	uint64_t number;
 	struct pen_reel reel;
 	uint32_t priority;
-	bool paused;
+	bool paused, restarted;
 	enum pen_verify verify;
 	uint64_t unaudited;  /* a bit for each worker whose pixels nobody has checked */
 	int64_t disputed_ms; /* since when two disagree and nobody can decide; < 0: they do not */

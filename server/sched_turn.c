@@ -76,6 +76,33 @@ static bool find_unit(const struct pen_sched *sched, const struct pen_sched_turn
 	return false;
 }
 
+static uint64_t class_processes(const struct pen_sched *sched, const char *equivalence_class)
+{
+	uint64_t count = 0;
+
+	for (size_t i = 0; i < sched->worker_count; i++)
+		if (pen_sched_takes(sched->workers[i]) &&
+			strcmp(sched->workers[i]->equivalence_class, equivalence_class) == 0)
+			count += sched->workers[i]->processes;
+	return count;
+}
+
+/* A new job is begun by whoever is free; one that has lost its class shall not choose a poor one.
+ */
+static bool may_start(const struct pen_sched *sched, const struct pen_sched_hand *worker,
+	const struct pen_sched_turn *job)
+{
+	uint64_t own;
+
+	if (!job->restarted || job->equivalence_class[0] != '\0')
+		return true;
+	own = class_processes(sched, worker->equivalence_class);
+	for (size_t i = 0; i < sched->worker_count; i++)
+		if (class_processes(sched, sched->workers[i]->equivalence_class) > own)
+			return false;
+	return true;
+}
+
 /* Whose turn it is among the jobs that have a unit for worker; NULL when there is none. */
 static struct pen_sched_turn *choose_job(
 	struct pen_sched *sched, const struct pen_sched_hand *worker)
@@ -88,7 +115,7 @@ static struct pen_sched_turn *choose_job(
 		struct pen_sched_turn *job = sched->jobs[i];
 		struct pen_sched_turn **best = job->active ? &turn : &waiting;
 
-		if (job->paused || !pen_sched_serves(worker, job))
+		if (job->paused || !pen_sched_serves(worker, job) || !may_start(sched, worker, job))
 			continue;
 		active += job->active;
 		if (job->active && (!ahead || job->virtual_seconds > ahead->virtual_seconds))

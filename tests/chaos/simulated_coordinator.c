@@ -383,6 +383,7 @@ static void dispatch_ended(
 		break;
 	case PEN_DISPATCH_ABANDONED:
 	case PEN_DISPATCH_TAINTED:
+		job->shown.restarts++;
 		forget_pixels(job);
 		sim_push_job(sim, job, EVENT_BEGIN, 0, sim_draw(sim, 50));
 		break;
@@ -426,6 +427,7 @@ static void dispatch_job(struct sim *sim, struct sim_job *job)
 		.frame_end = 1 + job->shown.frame_count,
 		.rounds = pen_sampling_rounds(&job->shown.sampling),
 		.priority = job->shown.priority,
+		.restarted = job->shown.restarts > 0,
 		.verify = job->shown.verify,
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,

@@ -443,6 +443,31 @@ static void test_class(void **state)
 	pen_sched_destroy(sched);
 }
 
+/* Broken by: a job that has lost its class and takes the first worker that is free. */
+static void test_restart_in_the_best_class(void **state)
+{
+	struct pen_sched *sched = make_sched();
+	struct pen_sched_actions actions;
+	struct pen_tiling tiling;
+	struct pen_sched_job job = {.number = 1,
+		.tiling = &tiling,
+		.frame_first = 1,
+		.frame_end = 2,
+		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
+		.restarted = true};
+
+	(void)state;
+	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 64, 64}, 16);
+	add_worker(sched, 1, 2, "a");
+	add_worker(sched, 2, 3, "b");
+	add_worker(sched, 3, 2, "a");
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	actions = tick(sched, 0);
+	assert_string_equal(find(actions, PEN_SCHED_STARTED).text, "a");
+	assert_int_equal(count(actions, PEN_SCHED_LEASE), 8);
+	pen_sched_destroy(sched);
+}
+
 /* Broken by: leasing to a paused job or a draining worker, or forgetting them when they are back.
  */
 static void test_pause_and_drain(void **state)
@@ -753,6 +778,7 @@ int main(void)
 		cmocka_unit_test(test_no_progress),
 		cmocka_unit_test(test_stale_result),
 		cmocka_unit_test(test_class),
+		cmocka_unit_test(test_restart_in_the_best_class),
 		cmocka_unit_test(test_pause_and_drain),
 		cmocka_unit_test(test_straggler),
 		cmocka_unit_test(test_straggler_is_lost),
