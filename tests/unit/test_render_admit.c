@@ -93,10 +93,10 @@ static void test_other_rays_do_not_meet_it(void **state)
 	pen_admit_box_init(&box, lower, upper);
 	park_all(&rays);
 	assert_false(pen_kernel_v2.admit_box_met(&box, &rays));
-	set_ray(&rays, 3, (double[]){1.01, 0, -5}, (double[]){0, 0, 1}, INFINITY);
-	set_ray(&rays, 4, (double[]){0, 0, -5}, (double[]){0, 0, -1}, INFINITY);
+	set_ray(&rays, 3, (double[]){1.01, 0, -5}, (double[]){0, 0, 1}, HUGE_VAL);
+	set_ray(&rays, 4, (double[]){0, 0, -5}, (double[]){0, 0, -1}, HUGE_VAL);
 	set_ray(&rays, 5, (double[]){0, 0, -5}, (double[]){0, 0, 1}, 3.9);
-	set_ray(&rays, 6, (double[]){0, 5, 0}, (double[]){1, -0.5, 0}, INFINITY);
+	set_ray(&rays, 6, (double[]){0, 5, 0}, (double[]){1, -0.5, 0}, HUGE_VAL);
 	assert_false(pen_kernel_v2.admit_box_met(&box, &rays));
 	set_ray(&rays, 5, (double[]){0, 0, -5}, (double[]){0, 0, 1}, 4.1);
 	assert_true(pen_kernel_v2.admit_box_met(&box, &rays));
@@ -106,14 +106,14 @@ static void test_other_rays_do_not_meet_it(void **state)
 static void test_odd_boxes(void **state)
 {
 	const float flat[3] = {2.0f, 2.0f, 2.0f};
-	const float low[3] = {-INFINITY, -INFINITY, -INFINITY};
-	const float high[3] = {INFINITY, INFINITY, INFINITY};
+	const float low[3] = {-HUGE_VAL, -INFINITY, -INFINITY};
+	const float high[3] = {HUGE_VAL, INFINITY, INFINITY};
 	struct pen_admit_box box;
 	struct pen_rays rays;
 
 	(void)state;
 	park_all(&rays);
-	set_ray(&rays, 0, (double[]){2, 2, 0}, (double[]){0, 0, 1}, INFINITY);
+	set_ray(&rays, 0, (double[]){2, 2, 0}, (double[]){0, 0, 1}, HUGE_VAL);
 	pen_admit_box_init(&box, flat, flat);
 	assert_true(pen_kernel_v2.admit_box_met(&box, &rays));
 	pen_admit_box_init(&box, low, high);
@@ -123,7 +123,7 @@ static void test_odd_boxes(void **state)
 /* Breaks when a value that Embree aborts at reaches it, or a parked lane counts as dropped. */
 static void test_what_embree_must_not_see(void **state)
 {
-	static const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 2e18};
+	static const double bad[] = {(double)NAN, (double)HUGE_VAL, -(double)INFINITY, 2e18};
 	int32_t valid[PEN_LANES] __attribute__((aligned(64)));
 	struct pen_rays rays;
 
@@ -133,8 +133,8 @@ static void test_what_embree_must_not_see(void **state)
 
 		values[k / 4] = bad[k % 4];
 		park_all(&rays);
-		set_ray(&rays, 7, values, values + 3, INFINITY);
-		set_ray(&rays, 8, (double[]){1, 2, 3}, (double[]){0, 1, 0}, INFINITY);
+		set_ray(&rays, 7, values, values + 3, HUGE_VAL);
+		set_ray(&rays, 8, (double[]){1, 2, 3}, (double[]){0, 1, 0}, HUGE_VAL);
 		assert_int_equal(pen_kernel_v2.admit_rays(&rays, valid), 1);
 		for (int i = 0; i < PEN_LANES; i++) {
 			assert_int_equal(valid[i], i == 8 ? -1 : 0);
