@@ -14,8 +14,9 @@
  */
 
 /*
- * The envelope of a request, whose scene's object names no asset yet. PEN_EINVALID names a parameter that is
- * unknown, or is no number; whether the numbers make sense is found when the scene is read.
+ * The envelope of a request, whose scene's object names no asset yet. PEN_EINVALID names a
+ * parameter that is unknown, or is no number; whether the numbers make sense is found when the
+ * scene is read.
  */
 int pen_glb_request_read(
 	const struct pen_exchange *exchange, json_t **ret_envelope, struct pen_error *err);
