@@ -39,15 +39,22 @@ static bool waits_for_disk(const struct pen_run *run)
 	       !run->ending;
 }
 
-/* One at a time: it may fill the disk again. */
-static void resume_one(struct pen_jobs *jobs)
+static struct pen_run *find_waiting(const struct pen_jobs *jobs)
 {
-	struct pen_error err;
 	struct pen_run *run;
 
 	TAILQ_FOREACH (run, &jobs->unfinished, unfinished)
 		if (waits_for_disk(run))
-			break;
+			return run;
+	return NULL;
+}
+
+/* One at a time: it may fill the disk again. */
+static void resume_one(struct pen_jobs *jobs)
+{
+	struct pen_run *run = find_waiting(jobs);
+	struct pen_error err;
+
 	if (!run || pen_disk_check_path(jobs->options.data_dir, PEN_DISK_ACCEPT,
 			    2 * frame_bytes(&run->job), NULL) < 0)
 		return;
