@@ -40,6 +40,11 @@ int pen_preview_keep_text(struct pen_run *run, char *text, size_t size, struct p
 	return 0;
 }
 
+static bool holds(const struct pen_run *run, const struct pen_sha256 *sha256)
+{
+	return run->text >= 0 && pen_sha256_equal(&run->job.scene_sha256, sha256);
+}
+
 bool pen_preview_open_text(const struct pen_jobs *jobs, const struct pen_sha256 *sha256,
 	int *ret_fd, uint64_t *ret_size)
 {
@@ -47,7 +52,7 @@ bool pen_preview_open_text(const struct pen_jobs *jobs, const struct pen_sha256 
 	struct stat status;
 
 	TAILQ_FOREACH (run, &jobs->unfinished, unfinished) {
-		if (run->text < 0 || !pen_sha256_equal(&run->job.scene_sha256, sha256))
+		if (!holds(run, sha256))
 			continue;
 		if (fstat(run->text, &status) < 0)
 			return false;

@@ -34,7 +34,7 @@ static float median_pace(const struct pen_sched_turn *job)
 {
 	const uint32_t count =
 		job->pace_count < PEN_SCHED_PACES ? job->pace_count : PEN_SCHED_PACES;
-	float sorted[PEN_SCHED_PACES];
+	float sorted[PEN_SCHED_PACES] = {0};
 
 	for (uint32_t i = 0; i < count; i++) {
 		uint32_t place = i;
