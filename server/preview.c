@@ -40,27 +40,31 @@ int pen_preview_keep_text(struct pen_run *run, char *text, size_t size, struct p
 	return 0;
 }
 
-static bool holds(const struct pen_run *run, const struct pen_sha256 *sha256)
+static const struct pen_run *find_text(const struct pen_jobs *jobs, const struct pen_sha256 *sha256)
 {
-	return run->text >= 0 && pen_sha256_equal(&run->job.scene_sha256, sha256);
+	struct pen_run *run;
+
+	TAILQ_FOREACH (run, &jobs->unfinished, unfinished)
+		if (run->text >= 0 && pen_sha256_equal(&run->job.scene_sha256, sha256))
+			return run;
+	return NULL;
 }
 
 bool pen_preview_open_text(const struct pen_jobs *jobs, const struct pen_sha256 *sha256,
 	int *ret_fd, uint64_t *ret_size)
 {
-	const struct pen_run *run;
+	const struct pen_run *run = find_text(jobs, sha256);
 	struct stat status;
+	int fd;
 
-	TAILQ_FOREACH (run, &jobs->unfinished, unfinished) {
-		if (!holds(run, sha256))
-			continue;
-		if (fstat(run->text, &status) < 0)
-			return false;
-		*ret_fd = fcntl(run->text, F_DUPFD_CLOEXEC, 3);
-		*ret_size = (uint64_t)status.st_size;
-		return *ret_fd >= 0;
-	}
-	return false;
+	if (!run || fstat(run->text, &status) < 0)
+		return false;
+	fd = fcntl(run->text, F_DUPFD_CLOEXEC, 3);
+	if (fd < 0)
+		return false;
+	*ret_fd = fd;
+	*ret_size = (uint64_t)status.st_size;
+	return true;
 }
 
 static void forget(struct pen_jobs *jobs, struct pen_run *run)
