@@ -111,7 +111,7 @@ def put(service, data):
 
 def of_files(service, *files, seed=0):
     body = scene.build(16, 16, 1, [{"type": "gltf", "asset": put(service, data)} for data in files],
-                       seed=seed)
+                       background=1, seed=seed)
     return service.submit(body)
 
 

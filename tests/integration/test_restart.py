@@ -54,10 +54,10 @@ def test_damaged_tiles_are_rendered_again(service):
 
 def test_a_lost_framebuffer_is_rendered_again(service):
     """Broken by a resumption that needs the file."""
-    body = long(600)
+    body = long()
     undisturbed = service.render(body, 120)
     render = service.submit(body)
-    service.wait_progress(render, 0.2)
+    service.wait_progress(render, 0.1)
     service.kill()
     frame(service, render).unlink()
     service.start()
