@@ -420,10 +420,25 @@ static void request_completed(void *user, struct MHD_Connection *connection, voi
 
 /* The loop's side */
 
-static void arm_timer(struct pen_http *http)
+static unsigned connection_count(struct pen_http *http)
+{
+	return MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_CURRENT_CONNECTIONS)
+		->num_connections;
+}
+
+/*
+ * Out of descriptors, libmicrohttpd stops listening; once connections have gone it listens again,
+ * but only when it runs once more, for which nothing else may give a reason.
+ */
+static void run_daemon(struct pen_http *http)
 {
 	MHD_UNSIGNED_LONG_LONG timeout_ms;
+	unsigned before;
 
+	do {
+		before = connection_count(http);
+		(void)MHD_run(http->daemon);
+	} while (connection_count(http) < before);
 	if (MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES)
 		(void)uv_timer_start(&http->timer, timer_due, timeout_ms, 0);
 	else
@@ -432,19 +447,13 @@ static void arm_timer(struct pen_http *http)
 
 static void timer_due(uv_timer_t *timer)
 {
-	struct pen_http *http = timer->data;
-
-	(void)MHD_run(http->daemon);
-	arm_timer(http);
+	run_daemon(timer->data);
 }
 
 static void sockets_ready(uv_poll_t *poll, int status, int events)
 {
-	struct pen_http *http = poll->data;
-
 	(void)status, (void)events;
-	(void)MHD_run(http->daemon);
-	arm_timer(http);
+	run_daemon(poll->data);
 }
 
 static int listen_on(const struct sockaddr_storage *address, int *ret_fd, struct pen_error *err)

@@ -103,7 +103,8 @@ def test_stale_results_are_dropped(service, peer):
     peer.result(second, pixels_of(second, 0.25))
     service.wait(render)
     frame = (service.data / "frames" / f"{render}.f32").read_bytes()
-    assert set(struct.iter_unpack("<4f", frame)) == {(0.5, 0.5, 0.5, 2.0)}
+    pixels = frame[:16 * 16 * 16]  # the seal stands behind
+    assert set(struct.iter_unpack("<4f", pixels)) == {(0.5, 0.5, 0.5, 2.0)}
 
 
 @pytest.mark.parametrize("spoil, reason", [
