@@ -120,7 +120,7 @@ run_all() {
         tests/integration/test_hostile_assets.py -k within_limits
     suite fuzz 90 $python tests/bench/fuzz.py --seconds 10 --no-record
     pytest_suite reference 420 tests/reference
-    pytest_suite chaos 780 tests/chaos
+    pytest_suite chaos 420 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
     pytest_suite model 90 -rP tests/model
     pytest_suite packages 180 tests/deploy/test_packages.py
