@@ -139,7 +139,7 @@ def test_a_whole_render_is_told():
     """Breaks if no tiles of a real render are told, if more than five changes come a second, or if
     the ids do not rise."""
     with farm.Farm(processes=1) as service:
-        render = service.submit(SCENE)
+        render = service.submit(scene.build(256, 144, 1024, [scene.sphere()]))
         with Stream(service.http_port, render) as stream:
             events = list(stream)
         ids = [event.id for event in events if event.id is not None]
