@@ -92,21 +92,21 @@ void pen_job_row_bind(struct sqlite3_stmt *put, const struct pen_job *job)
 	bind_number(statement, 44, job->verify);
 }
 
-static void copy_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
+void pen_row_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
 {
 	const unsigned char *text = sqlite3_column_text(row, column);
 
 	(void)snprintf(ret_text, size, "%s", text ? (const char *)text : "");
 }
 
-static uint32_t column_count(sqlite3_stmt *row, int column)
+uint32_t pen_row_count(sqlite3_stmt *row, int column)
 {
 	sqlite3_int64 value = sqlite3_column_int64(row, column);
 
 	return value < 0 || value > UINT32_MAX ? 0 : (uint32_t)value;
 }
 
-static uint64_t column_number(sqlite3_stmt *row, int column)
+uint64_t pen_row_number(sqlite3_stmt *row, int column)
 {
 	return (uint64_t)sqlite3_column_int64(row, column);
 }
@@ -133,43 +133,43 @@ static char *column_text(sqlite3_stmt *row, int column)
 
 bool pen_job_row_read(struct sqlite3_stmt *row, struct pen_job *ret_job)
 {
-	struct pen_rect crop = {column_count(row, 10), column_count(row, 11), column_count(row, 12),
-		column_count(row, 13)};
-	uint32_t tile_px = column_count(row, 14);
-	struct pen_job job = {.number = column_number(row, 0)};
+	struct pen_rect crop = {pen_row_count(row, 10), pen_row_count(row, 11),
+		pen_row_count(row, 12), pen_row_count(row, 13)};
+	uint32_t tile_px = pen_row_count(row, 14);
+	struct pen_job job = {.number = pen_row_number(row, 0)};
 
-	copy_text(job.id, sizeof job.id, row, 1);
-	job.state = (enum pen_job_state)column_count(row, 2);
-	copy_text(job.content, sizeof job.content, row, 6);
-	job.priority = column_count(row, 7);
-	job.width = column_count(row, 8);
-	job.height = column_count(row, 9);
-	job.sampling.samples = column_count(row, 15);
+	pen_row_text(job.id, sizeof job.id, row, 1);
+	job.state = (enum pen_job_state)pen_row_count(row, 2);
+	pen_row_text(job.content, sizeof job.content, row, 6);
+	job.priority = pen_row_count(row, 7);
+	job.width = pen_row_count(row, 8);
+	job.height = pen_row_count(row, 9);
+	job.sampling.samples = pen_row_count(row, 15);
 	job.exposure = sqlite3_column_double(row, 16);
-	job.units_done = column_number(row, 17);
-	job.units_total = column_number(row, 18);
-	job.tiles_done = column_number(row, 19);
-	job.samples_done = column_number(row, 20);
+	job.units_done = pen_row_number(row, 17);
+	job.units_total = pen_row_number(row, 18);
+	job.tiles_done = pen_row_number(row, 19);
+	job.samples_done = pen_row_number(row, 20);
 	job.created_ms = sqlite3_column_int64(row, 21);
 	job.started_ms = sqlite3_column_int64(row, 22);
 	job.finished_ms = sqlite3_column_int64(row, 23);
-	job.restarts = column_count(row, 24);
+	job.restarts = pen_row_count(row, 24);
 	job.error.code = sqlite3_column_int(row, 25);
-	copy_text(job.error.text, sizeof job.error.text, row, 26);
-	job.image_revision = column_number(row, 27);
-	job.aovs = column_count(row, 28);
-	job.sampling.mode = (enum pen_sampling_mode)column_count(row, 29);
+	pen_row_text(job.error.text, sizeof job.error.text, row, 26);
+	job.image_revision = pen_row_number(row, 27);
+	job.aovs = pen_row_count(row, 28);
+	job.sampling.mode = (enum pen_sampling_mode)pen_row_count(row, 29);
 	job.sampling.threshold = sqlite3_column_double(row, 30);
 	job.sampling.error = sqlite3_column_double(row, 31);
 	job.sampling.confidence = sqlite3_column_double(row, 32);
-	job.sampling.min_samples = column_count(row, 33);
-	job.frame_first = column_count(row, 34);
-	job.frame_count = column_count(row, 35);
-	job.frames_done = column_count(row, 36);
-	job.samples_passed = column_number(row, 39);
+	job.sampling.min_samples = pen_row_count(row, 33);
+	job.frame_first = pen_row_count(row, 34);
+	job.frame_count = pen_row_count(row, 35);
+	job.frames_done = pen_row_count(row, 36);
+	job.samples_passed = pen_row_number(row, 39);
 	job.deadline_ms = sqlite3_column_int64(row, 40);
 	job.has_key = read_hash(row, 41, &job.key) && read_hash(row, 42, &job.key_body);
-	job.verify = (enum pen_verify)column_count(row, 43);
+	job.verify = (enum pen_verify)pen_row_count(row, 43);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		!read_hash(row, 4, &job.scene_sha256) || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||

@@ -5,8 +5,17 @@
 #include "server/job.h"
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
 struct sqlite3_stmt;
+
+/* A column of a row as text, cut to size and empty where it is NULL. */
+void pen_row_text(char *ret_text, size_t size, struct sqlite3_stmt *row, int column);
+
+/* The same as a number; a count that does not fit is 0. */
+uint32_t pen_row_count(struct sqlite3_stmt *row, int column);
+uint64_t pen_row_number(struct sqlite3_stmt *row, int column);
 
 /* A job as a row of the store's table: the statement that puts one, and that which gives all. */
 extern const char pen_job_row_put[], pen_job_row_load[];

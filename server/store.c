@@ -426,25 +426,6 @@ int pen_store_remove_job(struct pen_store *store, const struct pen_job *job, pen
 
 /* Loading, before the thread has anything to do */
 
-static void copy_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
-{
-	const unsigned char *text = sqlite3_column_text(row, column);
-
-	(void)snprintf(ret_text, size, "%s", text ? (const char *)text : "");
-}
-
-static uint32_t column_count(sqlite3_stmt *row, int column)
-{
-	sqlite3_int64 value = sqlite3_column_int64(row, column);
-
-	return value < 0 || value > UINT32_MAX ? 0 : (uint32_t)value;
-}
-
-static uint64_t column_number(sqlite3_stmt *row, int column)
-{
-	return (uint64_t)sqlite3_column_int64(row, column);
-}
-
 static int prepare(struct pen_store *store, const char *text, sqlite3_stmt **ret_statement,
 	struct pen_error *err)
 {
@@ -462,8 +443,8 @@ static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *
 
 	bind_number(rows, 1, job->number);
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
-		struct pen_store_tile tile = {column_count(rows, 0), column_count(rows, 1),
-			{(uint16_t)column_count(rows, 2), column_number(rows, 3), 0}};
+		struct pen_store_tile tile = {pen_row_count(rows, 0), pen_row_count(rows, 1),
+			{(uint16_t)pen_row_count(rows, 2), pen_row_number(rows, 3), 0}};
 
 		if (step != SQLITE_ROW)
 			r = database_error(store, err);
@@ -485,7 +466,7 @@ static int visit_job(struct pen_store *store, const struct pen_store_visitor *vi
 
 	if (!pen_job_row_read(row, &job))
 		return pen_error_set(err, PEN_EIO, "database: render %llu is damaged",
-			(unsigned long long)column_number(row, 0));
+			(unsigned long long)pen_row_number(row, 0));
 	r = visitor->job(visitor->user, &job, err);
 	return r == 0 && keeps_tiles(&job) ? visit_tiles(store, visitor, tiles, &job, err) : r;
 }
@@ -514,7 +495,7 @@ static int visit_removed(
 	int r = prepare(store, load_removed, &rows, err), step;
 
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
-		copy_text(id, sizeof id, rows, 0);
+		pen_row_text(id, sizeof id, rows, 0);
 		r = step == SQLITE_ROW ? visitor->removed(visitor->user, id, err)
 				       : database_error(store, err);
 	}
