@@ -145,6 +145,19 @@ static void find_corners(
 	}
 }
 
+/* Where a lane's point is, its unit geometric normal and its error, if it is wanted. */
+PEN_LANE void set_place(
+	struct pen_points *to, int i, int wanted, struct pen_vec3 p, struct pen_vec3 n, float error)
+{
+	to->x[i] = pen_pick(wanted, p.x, to->x[i]);
+	to->y[i] = pen_pick(wanted, p.y, to->y[i]);
+	to->z[i] = pen_pick(wanted, p.z, to->z[i]);
+	to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
+	to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
+	to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
+	to->error[i] = pen_pick(wanted, error, to->error[i]);
+}
+
 static void find_triangles(const struct pen_geometry *geometry, const struct pen_hits *hits,
 	const struct lookup *lookup, struct pen_points *to)
 {
@@ -162,13 +175,7 @@ static void find_triangles(const struct pen_geometry *geometry, const struct pen
 		const struct pen_vec3 n = pen_normalize(pen_cross(pen_sub(b, a), pen_sub(c, a)));
 		const float reach = pen_max(pen_max(largest(a), largest(b)), largest(c));
 
-		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
-		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
-		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
-		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
-		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
-		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
-		to->error[i] = pen_pick(wanted, ERROR_SHARE * reach, to->error[i]);
+		set_place(to, i, wanted, p, n, ERROR_SHARE * reach);
 	}
 }
 
@@ -190,13 +197,7 @@ static void find_spheres(const struct pen_geometry *geometry, const struct pen_r
 		const struct pen_vec3 p = pen_madd(center, radius, n);
 		const float error = ERROR_SHARE * (largest(center) + radius);
 
-		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
-		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
-		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
-		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
-		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
-		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
-		to->error[i] = pen_pick(wanted, error, to->error[i]);
+		set_place(to, i, wanted, p, n, error);
 	}
 }
 
@@ -252,13 +253,7 @@ static void find_travellers(const struct pen_render_scene *scene, const struct p
 		const struct pen_vec3 p = pen_madd(center, spheres.radius[i], n);
 		const float error = ERROR_SHARE * (largest(center) + spheres.radius[i]);
 
-		to->x[i] = pen_pick(wanted, p.x, to->x[i]);
-		to->y[i] = pen_pick(wanted, p.y, to->y[i]);
-		to->z[i] = pen_pick(wanted, p.z, to->z[i]);
-		to->facing_x[i] = pen_pick(wanted, n.x, to->facing_x[i]);
-		to->facing_y[i] = pen_pick(wanted, n.y, to->facing_y[i]);
-		to->facing_z[i] = pen_pick(wanted, n.z, to->facing_z[i]);
-		to->error[i] = pen_pick(wanted, error, to->error[i]);
+		set_place(to, i, wanted, p, n, error);
 	}
 }
 
