@@ -4,76 +4,19 @@
 #include "core/render/vec.h"
 
 #include <math.h>
-#include <string.h>
-
-/* Mitchell and Netravali 1988 with B = C = 1/3, at |r| <= 2. */
-PEN_LANE float mitchell(float r)
-{
-	const float inner = 16.0f / 18.0f + r * r * (-2.0f + r * (21.0f / 18.0f));
-	const float outer = 32.0f / 18.0f + r * (-60.0f / 18.0f + r * (2.0f + r * (-7.0f / 18.0f)));
-
-	return r < 1.0f ? inner : outer;
-}
-
-/* The filter at a share t in [0, 1] of its radius, up to a factor. */
-static double profile(enum pen_filter_type type, double t)
-{
-	switch (type) {
-	case PEN_FILTER_BOX: return 1.0;
-	case PEN_FILTER_TRIANGLE: return 1.0 - t;
-	case PEN_FILTER_GAUSSIAN: return exp(-4.5 * t * t); /* sigma = radius / 3 */
-	case PEN_FILTER_BLACKMAN_HARRIS:
-		return 0.35875 + 0.48829 * cos(M_PI * t) + 0.14128 * cos(2.0 * M_PI * t) +
-		       0.01168 * cos(3.0 * M_PI * t);
-	case PEN_FILTER_MITCHELL: return (double)mitchell((float)(2.0 * t));
-	}
-	return 0.0;
-}
-
-/*
- * Inverts the mass beyond an offset: walks inwards in small steps and notes where the share
- * (i / PEN_FILTER_CELLS)^2 of the whole is reached.
- */
-static void tabulate(struct pen_filter *filter, enum pen_filter_type type, double radius)
-{
-	const int steps = 1 << 17;
-	double mass = 0.0;
-	double whole = 0.0;
-	double sum = 0.0;
-	int cell = 0;
-
-	for (int i = 0; i < steps; i++) {
-		const double f = profile(type, 1.0 - (i + 0.5) / steps);
-
-		whole += fabs(f) / steps;
-		sum += f / steps;
-	}
-	for (int i = 0; i < steps && cell < PEN_FILTER_CELLS; i++) {
-		const double step = fabs(profile(type, 1.0 - (i + 0.5) / steps)) / steps / whole;
-
-		for (; cell < PEN_FILTER_CELLS; cell++) {
-			const double q = (double)cell / PEN_FILTER_CELLS;
-
-			if (q * q > mass + step)
-				break;
-			filter->offset[cell] =
-				(float)(radius * (1.0 - (i + (q * q - mass) / step) / steps));
-		}
-		mass += step;
-	}
-	for (; cell < PEN_FILTER_CELLS + 2; cell++)
-		filter->offset[cell] = 0.0f;
-	filter->norm = (float)(1.0 / (sum * radius));
-}
 
 void pen_filter_init(struct pen_filter *filter, const struct pen_image_desc *desc)
 {
+	const struct pen_filter_table *table = &pen_filter_tables[desc->filter];
 	const double radius = 0.5 * desc->filter_width;
 
-	memset(filter, 0, sizeof(*filter));
-	filter->radius = (float)radius;
-	filter->has_negative = desc->filter == PEN_FILTER_MITCHELL;
-	tabulate(filter, desc->filter, radius);
+	*filter = (struct pen_filter){
+		.radius = (float)radius,
+		.norm = (float)(1.0 / (table->mean * radius)),
+		.has_negative = desc->filter == PEN_FILTER_MITCHELL,
+	};
+	for (int i = 0; i < PEN_FILTER_CELLS; i++)
+		filter->offset[i] = (float)(radius * table->offsets[i]);
 }
 
 struct axis {
@@ -93,7 +36,7 @@ PEN_LANE struct axis sample_axis(const struct pen_filter *filter, float u, bool 
 	const float offset = outer + (at - (float)cell) * step;
 	/* The table's own density is 2 q / |d offset / d q|. */
 	const float inv_density = -step * PEN_FILTER_CELLS / (2.0f * q);
-	const float f = filter->norm * mitchell(2.0f * offset / filter->radius);
+	const float f = filter->norm * pen_filter_mitchell(2.0f * offset / filter->radius);
 
 	return (struct axis){
 		.offset = copysignf(offset, side),

@@ -2,12 +2,11 @@
 #ifndef PEN_RENDER_FILTER_H
 #define PEN_RENDER_FILTER_H
 
+#include "core/render/filter_table.h"
 #include "core/scene/desc.h"
 
 #include <stdbool.h>
 #include <stdint.h>
-
-enum { PEN_FILTER_CELLS = 1024 };
 
 /*
  * The pixel filter, by importance (Ernst, Stamminger, Greiner 2006, "Filter importance sampling"):

@@ -104,7 +104,8 @@ enum pen_filter_type {
 	PEN_FILTER_TRIANGLE,
 	PEN_FILTER_GAUSSIAN, /* sigma = width / 6 */
 	PEN_FILTER_BLACKMAN_HARRIS,
-	PEN_FILTER_MITCHELL /* B = C = 1/3 */
+	PEN_FILTER_MITCHELL, /* B = C = 1/3 */
+	PEN_FILTER_COUNT
 };
 
 struct pen_image_desc {
