@@ -51,6 +51,7 @@
 /* Light */
 #define PEN_EMITTERS_MAX	   (1u << 20) /* triangles and spheres that send out light, of a frame */
 #define PEN_EMITTER_CANDIDATES_MAX (1u << 24) /* the same with those that a texture makes black */
+#define PEN_PANEL_TRIANGLES_MAX	   (1u << 17) /* of a frame, looked at for rectangles that they tile */
 
 /* Pictures: what an encoded image may unfold to */
 #define PEN_PICTURE_SIDE_MAX	 16384u

@@ -261,7 +261,7 @@ static void test_and_gather(struct pen_pass *pass, const struct pen_paths *paths
 
 static bool lobes_hit(const struct pen_render_scene *scene, uint32_t light)
 {
-	return scene->desc->lights[light].visible;
+	return light >= scene->lights->own_count || scene->desc->lights[light].visible;
 }
 
 static void sample_light(const struct pen_pass *pass, const struct pen_paths *paths,
@@ -392,9 +392,8 @@ struct chosen {
 	float chance[PEN_LANES];
 	float u[PEN_LANES];
 	float v[PEN_LANES];
-	const struct pen_emitter
-		*emitter[PEN_LANES];	    /* NULL: a light of the scene's own, or none */
-	struct pen_light placed[PEN_LANES]; /* of emitters */
+	const struct pen_emitter *emitter[PEN_LANES]; /* NULL: another light, or none */
+	struct pen_light placed[PEN_LANES];	      /* of emitters */
 };
 
 static void choose_lights(const struct pen_pass *pass, const struct pen_paths *paths,
@@ -589,8 +588,7 @@ void pen_direct_add(struct pen_pass *pass, const struct pen_paths *paths,
 		sample_chosen_lights(pass, paths, points, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
-	for (uint32_t light = 0; light < scene->lights->count && scene->lights->samples_all;
-		light++) {
+	for (uint32_t light = 0; light < scene->lights->sampled_count; light++) {
 		sample_light(pass, paths, points, light, &in);
 		test_and_gather(pass, paths, points, &in, sum);
 	}
@@ -643,16 +641,16 @@ static float glow_weight(
 	const struct pen_hits *hits = &paths->packet.hits;
 	const uint32_t placed = hits->instance[lane];
 	const uint32_t shape = placed != PEN_NO_INDEX ? placed : hits->geometry[lane];
-	const uint32_t number = lights->emitters.count > 0 ? pen_emitters_find(&lights->emitters,
-								     shape, hits->primitive[lane])
-							   : PEN_NO_INDEX;
+	const uint32_t number = pen_emitters_find(&lights->emitters, shape, hits->primitive[lane]);
 	struct pen_light light;
 
 	if (paths->lobe_pdf[lane] == 0.0f || number == PEN_NO_INDEX)
 		return 1.0f;
-	pen_emitter_place(
-		scene, &lights->emitters.items[number], paths->packet.rays.time[lane], &light);
-	return seen_weight(scene, paths, &light, lights->count + number, lane);
+	if (number < lights->count)
+		return seen_weight(scene, paths, &lights->items[number], number, lane);
+	pen_emitter_place(scene, &lights->emitters.items[number - lights->count],
+		paths->packet.rays.time[lane], &light);
+	return seen_weight(scene, paths, &light, number, lane);
 }
 
 /*

@@ -227,8 +227,9 @@ static bool find_hull(const struct pen_render_scene *scene, const struct pen_emi
 	return ret->strength > 0.0f && isfinite(ret->strength);
 }
 
-static int allocate(struct pen_emitters *emitters, const struct pen_render_scene *scene,
-	uint64_t *ret_primitives, struct pen_error *err)
+/* No primitive has a number yet: PEN_NO_INDEX is all ones. */
+static int allocate(
+	struct pen_emitters *emitters, const struct pen_render_scene *scene, struct pen_error *err)
 {
 	const struct pen_geometry *geometry = &scene->geometry;
 	uint64_t primitives = 0;
@@ -250,9 +251,11 @@ static int allocate(struct pen_emitters *emitters, const struct pen_render_scene
 				"surfaces with emission have more than %u primitives",
 				PEN_EMITTER_CANDIDATES_MAX);
 	}
-	*ret_primitives = primitives;
 	emitters->numbers = malloc((primitives + 1) * sizeof *emitters->numbers);
-	return emitters->numbers ? 0 : pen_error_memory(err);
+	if (!emitters->numbers)
+		return pen_error_memory(err);
+	memset(emitters->numbers, 0xff, primitives * sizeof *emitters->numbers);
+	return 0;
 }
 
 /* Makes room for one more, and for the caller's hulls. */
@@ -291,31 +294,38 @@ static int add_shape(struct pen_emitters *emitters, const struct pen_render_scen
 		const struct pen_emitter emitter = {shape, i};
 		struct pen_light_hull hull;
 
-		numbers[i] = PEN_NO_INDEX;
-		if (!find_hull(scene, &emitter, &hull))
+		if (numbers[i] != PEN_NO_INDEX || !find_hull(scene, &emitter, &hull))
 			continue;
 		r = extend(emitters, before, capacity, hulls, err);
 		if (r < 0)
 			break;
 		hull.light = before + emitters->count;
 		(*hulls)[emitters->count] = hull;
-		numbers[i] = emitters->count;
+		numbers[i] = hull.light;
 		emitters->items[emitters->count++] = emitter;
 	}
 	return r;
 }
 
 int pen_emitters_init(struct pen_emitters *emitters, const struct pen_render_scene *scene,
-	uint32_t before, struct pen_light_hull **ret_hulls, struct pen_error *err)
+	uint32_t before, struct pen_panels *panels, struct pen_light_hull **ret_hulls,
+	struct pen_error *err)
 {
-	struct pen_light_hull *hulls = malloc((before + 1ul) * sizeof *hulls);
+	struct pen_light_hull *hulls = NULL;
 	uint32_t capacity = 0;
-	uint64_t primitives;
-	int r = hulls ? 0 : pen_error_memory(err);
+	int r;
 
 	*emitters = (struct pen_emitters){.count = 0};
-	if (r == 0)
-		r = allocate(emitters, scene, &primitives, err);
+	r = allocate(emitters, scene, err);
+	for (uint32_t i = 0; r == 0 && i < emitters->shape_count; i++)
+		if (emitters->firsts[i] != PEN_NO_INDEX)
+			r = pen_panels_find(panels, scene, i, before,
+				emitters->numbers + emitters->firsts[i], err);
+	before += panels->count;
+	if (r == 0) {
+		hulls = malloc((before + 1ul) * sizeof *hulls);
+		r = hulls ? 0 : pen_error_memory(err);
+	}
 	for (uint32_t i = 0; r == 0 && i < emitters->shape_count; i++)
 		if (emitters->firsts[i] != PEN_NO_INDEX)
 			r = add_shape(emitters, scene, i, before, &capacity, &hulls, err);

@@ -187,8 +187,9 @@ PEN_LANE struct pen_light_sample sample_rectangle(
 	const float y = by_area ? w.y0 + v * light->length_v : point.y;
 	const struct pen_vec3 across =
 		pen_add(pen_scale(light->edge_u, x), pen_scale(light->edge_v, y));
+	const float depth = light->two_sided ? -fabsf(w.z) : w.z;
 
-	return flat_sample(light, pen_madd(across, w.z, light->axis), w.z, solid_angle);
+	return flat_sample(light, pen_madd(across, w.z, light->axis), depth, solid_angle);
 }
 
 PEN_LANE struct pen_corners corners_at(const struct pen_light *light, struct pen_vec3 to)

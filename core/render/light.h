@@ -16,6 +16,7 @@ struct pen_light {
 	enum pen_light_type type;
 	bool delta; /* one direction only, which no lobe finds: point, spot, directional of angle 0
 		     */
+	bool two_sided; /* a rectangle that shines from its back too */
 	struct pen_vec3 color;
 	struct pen_vec3 origin; /* corner, first vertex, centre or position */
 	/* Unit: normal of the emitting side, axis of a spot, where a directional light comes from.

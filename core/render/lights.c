@@ -60,6 +60,7 @@ static struct pen_light_hull hull_of(const struct pen_light *light, uint32_t num
 		.cos_axis = 1.0f,
 		.strength = bright * light->area,
 		.light = number,
+		.two_sided = light->two_sided,
 	};
 
 	switch (light->type) {
@@ -94,7 +95,7 @@ static int create_items(
 	lights->items = calloc(desc->light_count + 1ul, sizeof *lights->items);
 	if (!lights->items)
 		return pen_error_memory(err);
-	lights->count = desc->light_count;
+	lights->own_count = lights->count = desc->light_count;
 	for (uint32_t i = 0; i < desc->light_count; i++) {
 		const struct pen_light_desc placed = pen_light_place(
 			desc, &desc->lights[i], pen_shutter_of(desc, scene->frame).open);
@@ -104,11 +105,11 @@ static int create_items(
 	return 0;
 }
 
-/* Adds what the tree is to hold of the scene's own lights to the emitters' hulls. */
+/* Adds what the tree is to hold of the scene's own lights and of panels to the emitters' hulls. */
 static uint32_t add_hulls(
 	const struct pen_lights *lights, struct pen_light_hull *hulls, uint32_t count)
 {
-	for (uint32_t i = 0; i < lights->count && !lights->samples_all; i++) {
+	for (uint32_t i = lights->sampled_count; i < lights->count; i++) {
 		const struct pen_light_hull hull = hull_of(&lights->items[i], i);
 
 		if (lights->items[i].type != PEN_LIGHT_DIRECTIONAL && hull.strength > 0.0f)
@@ -132,16 +133,16 @@ static float far_chance_of(const struct pen_light_tree *tree, double irradiance)
 
 static int create_far(struct pen_lights *lights, struct pen_error *err)
 {
-	double *strengths = calloc(lights->count + 1ul, sizeof *strengths);
+	double *strengths = calloc(lights->own_count + 1ul, sizeof *strengths);
 	double sum = 0.0;
 	int r = 0;
 
-	lights->far = calloc(lights->count + 1ul, sizeof *lights->far);
+	lights->far = calloc(lights->own_count + 1ul, sizeof *lights->far);
 	if (!strengths || !lights->far) {
 		free(strengths);
 		return pen_error_memory(err);
 	}
-	for (uint32_t i = 0; i < lights->count; i++) {
+	for (uint32_t i = 0; i < lights->own_count; i++) {
 		const double strength = (double)luminance(lights->items[i].color);
 
 		if (lights->items[i].type != PEN_LIGHT_DIRECTIONAL || !(strength > 0.0))
@@ -158,21 +159,48 @@ static int create_far(struct pen_lights *lights, struct pen_error *err)
 	return r;
 }
 
+static int add_panels(
+	struct pen_lights *lights, const struct pen_panels *panels, struct pen_error *err)
+{
+	const uint32_t count = lights->own_count + panels->count;
+	struct pen_light *items = realloc(lights->items, (count + 1ul) * sizeof *items);
+
+	if (!items)
+		return pen_error_memory(err);
+	for (uint32_t i = 0; i < panels->count; i++)
+		items[lights->own_count + i] = panels->items[i];
+	lights->items = items;
+	lights->count = count;
+	return 0;
+}
+
+static uint32_t count_sampled(const struct pen_lights *lights)
+{
+	if (lights->count <= PEN_LIGHTS_SAMPLED_MAX)
+		return lights->count;
+	return lights->own_count <= PEN_LIGHTS_SAMPLED_MAX ? lights->own_count : 0;
+}
+
 static int create_choice(
 	struct pen_lights *lights, const struct pen_render_scene *scene, struct pen_error *err)
 {
+	struct pen_panels panels = {.count = 0};
 	struct pen_light_hull *hulls = NULL;
-	uint32_t count;
-	int r = pen_emitters_init(&lights->emitters, scene, lights->count, &hulls, err);
+	uint32_t count = 0;
+	int r = pen_emitters_init(
+		&lights->emitters, scene, lights->own_count, &panels, &hulls, err);
 
-	if (r < 0)
-		return r;
-	lights->samples_all = lights->count <= PEN_LIGHTS_SAMPLED_MAX;
-	count = add_hulls(lights, hulls, lights->emitters.count);
-	r = pen_light_tree_init(
-		&lights->tree, hulls, count, lights->count + lights->emitters.count, err);
+	if (r == 0)
+		r = add_panels(lights, &panels, err);
+	pen_panels_finish(&panels);
+	if (r == 0) {
+		lights->sampled_count = count_sampled(lights);
+		count = add_hulls(lights, hulls, lights->emitters.count);
+		r = pen_light_tree_init(
+			&lights->tree, hulls, count, lights->count + lights->emitters.count, err);
+	}
 	free(hulls);
-	if (r == 0 && !lights->samples_all)
+	if (r == 0 && lights->sampled_count < lights->own_count)
 		r = create_far(lights, err);
 	lights->chooses = count > 0 || lights->far_count > 0;
 	return r;
@@ -188,7 +216,7 @@ int pen_lights_create(
 		return pen_error_memory(err);
 	r = create_items(lights, scene, err);
 	if (r == 0 && scene->desc->integrator.type == PEN_INTEGRATOR_WHITTED)
-		lights->samples_all = true;
+		lights->sampled_count = lights->count;
 	else if (r == 0)
 		r = create_choice(lights, scene, err);
 	if (r < 0)

@@ -8,15 +8,16 @@
 #include "core/render/scene.h"
 
 /*
- * All lights of a frame. Up to PEN_LIGHTS_SAMPLED_MAX of the scene's own are sampled each at every
- * hit. More of them, and what surfaces emit, are chosen from: by the tree, or, of directional
- * lights, which no tree can hold, by their strength alone.
+ * All lights of a frame. Up to PEN_LIGHTS_SAMPLED_MAX of the scene's own, and of panels as many as
+ * then are no more either, are sampled each at every hit. More of them, and what else surfaces
+ * emit, are chosen from: by the tree, or, of directional lights, which no tree can hold, by their
+ * strength alone.
  */
 struct pen_lights {
-	struct pen_light *items; /* of the scene */
-	uint32_t count;
-	struct pen_emitters emitters; /* as lights they are numbered after the scene's */
-	bool samples_all;	      /* of the scene's own: they are not chosen from */
+	struct pen_light *items; /* the scene's own, then the panels */
+	uint32_t own_count, count;
+	uint32_t sampled_count;	      /* the first so many are not chosen from */
+	struct pen_emitters emitters; /* as lights they are numbered after the others */
 	bool chooses;		      /* there is something to choose from */
 	struct pen_light_tree tree;
 	uint32_t *far; /* the directional lights */

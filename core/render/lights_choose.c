@@ -31,7 +31,7 @@ void pen_lights_choose(const struct pen_lights *lights, const struct pen_light_r
 float pen_lights_chance(
 	const struct pen_lights *lights, struct pen_vec3 p, struct pen_vec3 normal, uint32_t light)
 {
-	if (light < lights->count && lights->samples_all)
+	if (light < lights->sampled_count)
 		return 1.0f;
 	return (1.0f - lights->far_chance) * pen_light_tree_chance(&lights->tree, p, normal, light);
 }
