@@ -64,6 +64,7 @@ static const char *title_of(unsigned status)
 		const char *title;
 	} titles[] = {
 		{400, "Bad Request"},
+		{401, "Unauthorized"},
 		{403, "Forbidden"},
 		{404, "Not Found"},
 		{405, "Method Not Allowed"},
@@ -75,6 +76,7 @@ static const char *title_of(unsigned status)
 		{416, "Range Not Satisfiable"},
 		{421, "Misdirected Request"},
 		{422, "Unprocessable Content"},
+		{429, "Too Many Requests"},
 		{500, "Internal Server Error"},
 		{501, "Not Implemented"},
 		{503, "Service Unavailable"},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/api.h"
 
+#include "core/base/clock.h"
 #include "server/api_asset.h"
 #include "server/api_document.h"
 #include "server/api_events.h"
@@ -11,7 +12,8 @@
 #include "server/api_render.h"
 #include "server/api_scene.h"
 #include "server/api_submit.h"
-#include "server/fields.h"
+#include "server/gate.h"
+#include "server/token.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -24,38 +26,40 @@ static const struct route {
 	const char *pattern;
 	enum pen_method method;
 	handler_fn *handler;
+	enum pen_scope scope; /* PEN_SCOPE_NONE: for everybody */
 } routes[] = {
-	{"/v1/renders/{id}", PEN_GET, pen_api_render_get},
-	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch},
-	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete},
-	{"/v1/renders/{id}/scene", PEN_GET, pen_api_render_scene},
-	{"/v1/renders/{id}/events", PEN_GET, pen_api_events},
-	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get},
-	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get},
-	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get},
-	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get},
-	{"/v1/renders/{id}/iiif", PEN_GET, pen_api_iiif_base},
-	{"/v1/renders/{id}/iiif/info.json", PEN_GET, pen_api_iiif_info},
+	{"/v1/renders/{id}", PEN_GET, pen_api_render_get, PEN_SCOPE_READ},
+	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch, PEN_SCOPE_SUBMIT},
+	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete, PEN_SCOPE_SUBMIT},
+	{"/v1/renders/{id}/scene", PEN_GET, pen_api_render_scene, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/events", PEN_GET, pen_api_events, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get,
+		PEN_SCOPE_READ},
+	{"/v1/renders/{id}/iiif", PEN_GET, pen_api_iiif_base, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/iiif/info.json", PEN_GET, pen_api_iiif_info, PEN_SCOPE_READ},
 	{"/v1/renders/{id}/iiif/{region}/{size}/{turn}/{quality}.{extension}", PEN_GET,
-		pen_api_iiif_image},
-	{"/v1/renders", PEN_GET, pen_api_render_list},
-	{"/v1/renders", PEN_POST, pen_api_submit},
-	{"/v1/assets/sha256/{hash}", PEN_GET, pen_api_asset_get},
-	{"/v1/assets/sha256/{hash}", PEN_PUT, pen_api_asset_put},
-	{"/v1/assets/missing", PEN_POST, pen_api_assets_missing},
-	{"/v1/scenes/sha256/{hash}", PEN_GET, pen_api_scene_get},
-	{"/v1/scenes/sha256/{hash}", PEN_PUT, pen_api_scene_put},
-	{"/v1/workers", PEN_GET, pen_api_workers},
-	{"/v1/workers/{id}/drain", PEN_POST, pen_api_worker_drain},
-	{"/v1/workers/{id}/reset", PEN_POST, pen_api_worker_reset},
-	{"/v1/farm", PEN_GET, pen_api_farm},
-	{"/metrics", PEN_GET, pen_api_metrics},
-	{"/livez", PEN_GET, pen_api_livez},
-	{"/readyz", PEN_GET, pen_api_readyz},
-	{"/openapi.json", PEN_GET, pen_api_openapi},
-	{"/scene.schema.json", PEN_GET, pen_api_scene_schema},
-	{"/", PEN_GET, pen_api_page},
-	{"/web/{page}", PEN_GET, pen_api_page},
+		pen_api_iiif_image, PEN_SCOPE_READ},
+	{"/v1/renders", PEN_GET, pen_api_render_list, PEN_SCOPE_READ},
+	{"/v1/renders", PEN_POST, pen_api_submit, PEN_SCOPE_SUBMIT},
+	{"/v1/assets/sha256/{hash}", PEN_GET, pen_api_asset_get, PEN_SCOPE_READ},
+	{"/v1/assets/sha256/{hash}", PEN_PUT, pen_api_asset_put, PEN_SCOPE_SUBMIT},
+	{"/v1/assets/missing", PEN_POST, pen_api_assets_missing, PEN_SCOPE_SUBMIT},
+	{"/v1/scenes/sha256/{hash}", PEN_GET, pen_api_scene_get, PEN_SCOPE_READ},
+	{"/v1/scenes/sha256/{hash}", PEN_PUT, pen_api_scene_put, PEN_SCOPE_SUBMIT},
+	{"/v1/workers", PEN_GET, pen_api_workers, PEN_SCOPE_READ},
+	{"/v1/workers/{id}/drain", PEN_POST, pen_api_worker_drain, PEN_SCOPE_ADMIN},
+	{"/v1/workers/{id}/reset", PEN_POST, pen_api_worker_reset, PEN_SCOPE_ADMIN},
+	{"/v1/farm", PEN_GET, pen_api_farm, PEN_SCOPE_READ},
+	{"/metrics", PEN_GET, pen_api_metrics, PEN_SCOPE_METRICS},
+	{"/livez", PEN_GET, pen_api_livez, PEN_SCOPE_NONE},
+	{"/readyz", PEN_GET, pen_api_readyz, PEN_SCOPE_NONE},
+	{"/openapi.json", PEN_GET, pen_api_openapi, PEN_SCOPE_NONE},
+	{"/scene.schema.json", PEN_GET, pen_api_scene_schema, PEN_SCOPE_NONE},
+	{"/", PEN_GET, pen_api_page, PEN_SCOPE_NONE},
+	{"/web/{page}", PEN_GET, pen_api_page, PEN_SCOPE_NONE},
 };
 
 enum { ROUTES = sizeof routes / sizeof routes[0] };
@@ -158,29 +162,46 @@ static void answer_methods(struct pen_exchange *exchange)
 	pen_exchange_answer(exchange, &answer);
 }
 
-/* Another site's page may resolve its own name to this machine; its requests tell that name. */
-static bool host_refused(struct pen_exchange *exchange)
+static const struct route *find_route(
+	const struct pen_exchange *exchange, struct pen_api_parameters *ret_parameters)
 {
-	const char *host = pen_exchange_field(exchange, "Host");
+	enum pen_method method = exchange->method == PEN_HEAD ? PEN_GET : exchange->method;
 
-	if (pen_field_host_is_local(host))
-		return false;
-	pen_exchange_problem(exchange, host ? 421 : 400,
-		host ? "this service does not answer for that host name"
-		     : "the request has no Host field");
-	return true;
+	for (size_t i = 0; i < ROUTES; i++)
+		if (routes[i].method == method &&
+			match(routes[i].pattern, exchange->path, ret_parameters))
+			return &routes[i];
+	return NULL;
 }
 
-/* A page of another site may post here without being asked, but the browser tells its origin. */
-static bool origin_refused(struct pen_exchange *exchange)
+/* What is not there takes a token of any scope: without one nobody learns what is. */
+static unsigned scope_of(const struct pen_exchange *exchange)
 {
-	const char *origin = pen_exchange_field(exchange, "Origin");
-	const char *host = origin ? strstr(origin, "://") : NULL;
+	struct pen_guard *guard = exchange->api->guard;
+	struct pen_api_parameters parameters;
+	const struct route *route;
 
-	if (!origin || exchange->method == PEN_GET || exchange->method == PEN_HEAD ||
-		(host && pen_field_host_is_local(host + strlen("://"))))
+	if (!guard)
+		return PEN_SCOPE_NONE;
+	pen_guard_refresh(guard, pen_clock_ms());
+	if (!pen_guard_is_closed(guard))
+		return PEN_SCOPE_NONE;
+	route = find_route(exchange, &parameters);
+	return route ? route->scope : PEN_SCOPE_ALL;
+}
+
+/*
+ * Answered before the body is read where libmicrohttpd can do that; else nothing of the body is
+ * kept.
+ */
+static bool is_stopped(struct pen_exchange *exchange)
+{
+	exchange->gate = pen_gate_check(exchange, scope_of(exchange));
+	exchange->ignores_body = exchange->gate != PEN_GATE_OPEN;
+	if (exchange->gate == PEN_GATE_OPEN ||
+		(exchange->method != PEN_POST && exchange->method != PEN_PUT))
 		return false;
-	pen_exchange_problem(exchange, 403, "pages of other sites may not change anything here");
+	pen_gate_refuse(exchange);
 	return true;
 }
 
@@ -188,32 +209,38 @@ bool pen_api_admit(struct pen_exchange *exchange)
 {
 	struct pen_api_parameters parameters;
 
+	if (is_stopped(exchange))
+		return false;
 	for (size_t i = 0; i < ADMISSIONS; i++)
 		if (admissions[i].method == exchange->method &&
 			match(admissions[i].pattern, exchange->path, &parameters))
-			return !host_refused(exchange) && !origin_refused(exchange) &&
-			       admissions[i].admit(exchange, &parameters);
+			return admissions[i].admit(exchange, &parameters);
 	return true;
+}
+
+static bool is_known(const char *path)
+{
+	struct pen_api_parameters parameters;
+
+	for (size_t i = 0; i < ROUTES; i++)
+		if (match(routes[i].pattern, path, &parameters))
+			return true;
+	return false;
 }
 
 void pen_api_handle(struct pen_exchange *exchange)
 {
-	enum pen_method method = exchange->method == PEN_HEAD ? PEN_GET : exchange->method;
 	struct pen_api_parameters parameters;
-	bool known = false;
+	const struct route *route;
 
-	if (host_refused(exchange) || origin_refused(exchange))
+	if (exchange->gate != PEN_GATE_OPEN) {
+		pen_gate_refuse(exchange);
 		return;
-	for (size_t i = 0; i < ROUTES; i++) {
-		if (!match(routes[i].pattern, exchange->path, &parameters))
-			continue;
-		if (routes[i].method == method) {
-			routes[i].handler(exchange, &parameters);
-			return;
-		}
-		known = true;
 	}
-	if (known)
+	route = find_route(exchange, &parameters);
+	if (route)
+		route->handler(exchange, &parameters);
+	else if (is_known(exchange->path))
 		answer_methods(exchange);
 	else
 		pen_exchange_problem(exchange, 404, "there is nothing at this path");

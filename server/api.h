@@ -21,11 +21,12 @@ struct pen_api {
 	struct pen_encoders *encoders;
 	struct pen_watches *watches;
 	struct pen_shelf *shelf;
-	unsigned streams;	/* of events, that have clients */
-	const char *assets_dir; /* see server/asset_file.h */
-	const char *scenes_dir; /* see server/scene_file.h */
-	bool draining;		/* no new renders */
-	uint64_t boot;		/* differs from start to start: revisions begin anew with each */
+	struct pen_guard *guard; /* NULL: everybody may do all */
+	unsigned streams;	 /* of events, that have clients */
+	const char *assets_dir;	 /* see server/asset_file.h */
+	const char *scenes_dir;	 /* see server/scene_file.h */
+	bool draining;		 /* no new renders */
+	uint64_t boot;		 /* differs from start to start: revisions begin anew with each */
 };
 
 /* What a path held in place of {…}. */

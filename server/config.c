@@ -27,6 +27,7 @@ const char pen_config_usage[] =
 	"  --keep-assets HOURS        kept scenes, and files that no scene names (24)\n"
 	"  --keep-renders HOURS       renders that are over (0: for ever)\n"
 	"  --keep-frames MIB          what frames may take on the disk (0: any)\n"
+	"  --tokens FILE              who may use HTTP (DIR/tokens); see penumbra token\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --config FILE              these options but the next as lines KEY = VALUE\n"
 	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
@@ -174,6 +175,7 @@ enum {
 	KEEP_ASSETS,
 	KEEP_RENDERS,
 	KEEP_FRAMES,
+	TOKENS,
 	LOG_LEVEL,
 	CONFIG,
 	PARENT_DEATH,
@@ -190,6 +192,7 @@ static const struct option options[] = {
 	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
 	{"keep-renders", required_argument, NULL, KEEP_RENDERS},
 	{"keep-frames", required_argument, NULL, KEEP_FRAMES},
+	{"tokens", required_argument, NULL, TOKENS},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
 	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
@@ -204,6 +207,13 @@ static int parse_hours(
 		return pen_error_set(err, PEN_EINVALID, "--%s takes a number of hours from 0 to %u",
 			option, PEN_KEEP_HOURS_MAX);
 	*ret_s *= 3600;
+	return 0;
+}
+
+static int parse_path(const char *option, const char *value, char *ret_path, struct pen_error *err)
+{
+	if (value[0] == '\0' || snprintf(ret_path, PATH_MAX, "%s", value) >= PATH_MAX)
+		return pen_error_set(err, PEN_EINVALID, "--%s takes a file", option);
 	return 0;
 }
 
@@ -233,6 +243,7 @@ static int parse_option(
 				PEN_KEEP_MIB_MAX);
 		config->keep_bytes = (uint64_t)number << 20;
 		return 0;
+	case TOKENS: return parse_path("tokens", value, config->tokens, err);
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH:
 		if (!value || parse_number(value, INT_MAX, &number) == 0) {
@@ -356,6 +367,9 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 	}
 	if (r == 0 && config.data_dir[0] == '\0')
 		r = pen_config_default_data(config.data_dir, err);
+	if (r == 0 && config.tokens[0] == '\0')
+		(void)snprintf(
+			config.tokens, PATH_MAX, "%.*s/tokens", PATH_MAX - 128, config.data_dir);
 	if (r == 0)
 		*ret_config = config;
 	return r;

@@ -17,6 +17,7 @@ struct pen_config {
 	char data_dir[PATH_MAX];
 	uint32_t processes;	 /* of the local worker; 0: none is started */
 	const char *isa;	 /* of the local worker, a constant; NULL: its best */
+	char tokens[PATH_MAX];	 /* file of them */
 	uint32_t tile_px;	 /* 0: chosen for each image */
 	uint32_t keep_assets_s;	 /* that no render names */
 	uint32_t keep_renders_s; /* that are over; 0: for ever */

@@ -9,8 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* The directory and those above it. */
-static int make_path(const char *path, struct pen_error *err)
+int pen_data_dir_make(const char *path, struct pen_error *err)
 {
 	char prefix[PATH_MAX];
 
@@ -80,7 +79,7 @@ int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_er
 	int r;
 
 	*data = (struct pen_data_dir){.path = path, .lock_fd = -1};
-	r = make_path(path, err);
+	r = pen_data_dir_make(path, err);
 	if (r == 0)
 		r = lock(data, err);
 	if (r == 0)

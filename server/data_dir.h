@@ -8,13 +8,16 @@
 
 /*
  * The data directory of one coordinator: penumbra.db, scenes/, assets/, kept/, frames/, cache/,
- * ports, and lock, which keeps a second coordinator out.
+ * tokens, ports, and lock, which keeps a second coordinator out.
  */
 struct pen_data_dir {
 	const char *path; /* borrowed */
 	char scenes[PATH_MAX], assets[PATH_MAX], kept[PATH_MAX], cache[PATH_MAX];
 	int lock_fd;
 };
+
+/* Makes the directory and those above it, where they are missing. */
+int pen_data_dir_make(const char *path, struct pen_error *err);
 
 /* Makes what is missing, readable by its owner alone, and locks it. PEN_ECONFLICT: in use. */
 int pen_data_dir_open(struct pen_data_dir *data, const char *path, struct pen_error *err);

@@ -4,6 +4,7 @@
 
 #include "core/base/buf.h"
 #include "server/answer.h"
+#include "server/guard.h"
 #include "server/stream.h"
 
 struct pen_api;
@@ -24,6 +25,17 @@ enum pen_method {
 	PEN_METHOD_OTHER
 };
 
+/* Why a request may not go on; see server/gate.h. */
+enum pen_gate {
+	PEN_GATE_OPEN,
+	PEN_GATE_NO_HOST,
+	PEN_GATE_WRONG_HOST,
+	PEN_GATE_FOREIGN,
+	PEN_GATE_NO_TOKEN,
+	PEN_GATE_WRONG_TOKEN,
+	PEN_GATE_NO_SCOPE
+};
+
 struct pen_exchange {
 	struct pen_api
 		*api; /* NULL when the service has gone: then only the answer is left to do */
@@ -32,6 +44,9 @@ struct pen_exchange {
 	struct pen_buf body;
 	struct pen_asset_upload *upload; /* what takes the body instead of body, or NULL */
 	bool ignores_body;		 /* nothing takes it */
+	enum pen_gate gate;
+	unsigned needs; /* scope of what is asked for, once a token was */
+	struct pen_caller caller;
 };
 
 /* A field of the request or a parameter of its query; NULL without one. Before the answer only. */

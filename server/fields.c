@@ -209,20 +209,24 @@ bool pen_field_has_directive(const char *cache_control, const char *directive)
 	return find_element(cache_control, directive, '\0') != NULL;
 }
 
+bool pen_field_host_is(const char *host, const char *name)
+{
+	const size_t length = strlen(name);
+	const char *rest = host + length;
+
+	if (strncasecmp(host, name, length) != 0)
+		return false;
+	if (*rest == ':')
+		rest += 1 + strspn(rest + 1, "0123456789");
+	return *rest == '\0';
+}
+
 bool pen_field_host_is_local(const char *host)
 {
 	static const char *const names[] = {"127.0.0.1", "localhost", "[::1]"};
 
-	for (size_t i = 0; host && i < sizeof names / sizeof names[0]; i++) {
-		size_t length = strlen(names[i]);
-		const char *rest = host + length;
-
-		if (strncasecmp(host, names[i], length) != 0)
-			continue;
-		if (*rest == ':')
-			rest += 1 + strspn(rest + 1, "0123456789");
-		if (*rest == '\0')
+	for (size_t i = 0; host && i < sizeof names / sizeof names[0]; i++)
+		if (pen_field_host_is(host, names[i]))
 			return true;
-	}
 	return false;
 }

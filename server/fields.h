@@ -40,6 +40,9 @@ uint32_t pen_field_wait(const char *prefer);
  */
 bool pen_field_has_directive(const char *cache_control, const char *directive);
 
+/* Whether a Host field has this name, whatever its case, and any port. */
+bool pen_field_host_is(const char *host, const char *name);
+
 /* Whether a Host field names this machine itself: 127.0.0.1, localhost or [::1], and any port. */
 bool pen_field_host_is_local(const char *host);
 

@@ -25,8 +25,9 @@ struct pen_http_options {
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
 	struct pen_shelf *shelf;
-	const char *assets_dir; /* see server/asset_file.h; borrowed */
-	const char *scenes_dir; /* see server/scene_file.h; borrowed */
+	struct pen_guard *guard; /* borrowed; NULL: everybody may do all */
+	const char *assets_dir;	 /* see server/asset_file.h; borrowed */
+	const char *scenes_dir;	 /* see server/scene_file.h; borrowed */
 };
 
 int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,

@@ -7,6 +7,7 @@
 #include "server/durable.h"
 #include "server/encode.h"
 #include "server/farm.h"
+#include "server/guard.h"
 #include "server/http.h"
 #include "server/job.h"
 #include "server/shelf.h"
@@ -39,6 +40,7 @@ struct pen_server {
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
+	struct pen_guard *guard;
 	struct pen_http *http;
 	struct pen_spawn *spawn;
 	struct pen_asset_sweep *sweep;
@@ -188,6 +190,10 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 	if (r < 0)
 		return r;
 	options.shelf = server->shelf;
+	r = pen_guard_create(server->config->tokens, false, &server->guard, err);
+	if (r < 0)
+		return r;
+	options.guard = server->guard;
 	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
 	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
 	if (r < 0)
@@ -273,6 +279,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	assert(closed == 0); /* no handle is left */
 	pen_dispatch_destroy(server.dispatch);
 	pen_shelf_destroy(server.shelf);
+	pen_guard_destroy(server.guard);
 	pen_data_dir_close(&server.data);
 	if (r == 0 && server.failure.code < 0) {
 		*err = server.failure;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/log.h"
+#include "server/access.h"
 #include "server/care.h"
 #include "server/cli/cli.h"
 #include "server/config.h"
@@ -83,6 +84,7 @@ int main(int argc, char **argv)
 		{"fsck", "look for damage in a data directory, and repair it", pen_care_fsck},
 		{"backup", "copy a data directory, also of a running coordinator", pen_care_backup},
 		{"restore", "check a backup and copy it back", pen_care_restore},
+		{"token", "say who may use a coordinator", pen_access_token},
 		{"config", "check a configuration file of serve", config_check},
 		{0},
 	};

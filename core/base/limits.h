@@ -113,6 +113,13 @@
 #define PEN_DEADLINE_S_MAX     31536000u    /* a year */
 #define PEN_DISK_RESERVE_BYTES (64ul << 20) /* kept free when a render is accepted */
 
+/* Keys */
+#define PEN_KEY_FILE_MAX   (64u << 10) /* bytes of a file of keys */
+#define PEN_KEY_NAME_MAX   64u
+#define PEN_TOKENS_MAX	   256u
+#define PEN_HOST_NAMES_MAX 64u
+#define PEN_KEY_AGE_MS	   1000 /* how long a file of keys may have changed before that is seen */
+
 /* HTTP */
 #define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))
 #define PEN_HTTP_CONNECTIONS_MAX 4096u

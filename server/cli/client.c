@@ -3,6 +3,7 @@
 
 #include "core/base/buf.h"
 #include "core/base/limits.h"
+#include "server/cli/credentials.h"
 #include "server/cli/interrupt.h"
 
 #include <curl/curl.h>
@@ -16,7 +17,8 @@ enum { CONNECT_S = 5, SILENCE_S = 60 };
 struct pen_client {
 	CURL *curl;
 	char *url;
-	struct pen_buf body; /* of an answer that is JSON, or a refusal */
+	const struct pen_credentials *credentials; /* or NULL */
+	struct pen_buf body;			   /* of an answer that is JSON, or a refusal */
 	json_t *answer;
 	int fd;				      /* of a download, else -1 */
 	int write_errno;		      /* why a download could not be stored */
@@ -24,13 +26,15 @@ struct pen_client {
 	char reason[CURL_ERROR_SIZE];
 };
 
-int pen_client_create(const char *url, struct pen_client **ret_client, struct pen_error *err)
+int pen_client_create(const char *url, const struct pen_credentials *credentials,
+	struct pen_client **ret_client, struct pen_error *err)
 {
 	struct pen_client *client = calloc(1, sizeof *client);
 
 	if (!client)
 		return pen_error_memory(err);
 	pen_buf_init(&client->body, PEN_ANSWER_BYTES_MAX);
+	client->credentials = credentials;
 	client->url = strdup(url);
 	client->curl = curl_easy_init();
 	if (!client->url || !client->curl) {
@@ -98,6 +102,21 @@ static size_t handle_bytes(char *bytes, size_t unit, size_t count, void *user)
 	return size;
 }
 
+/* Both are kept for the connection; neither is sent to anybody else, for nobody is followed. */
+static void show_credentials(struct pen_client *client)
+{
+	const struct pen_credentials *credentials = client->credentials;
+
+	if (!credentials)
+		return;
+	if (credentials->token[0] != '\0') {
+		curl_easy_setopt(client->curl, CURLOPT_HTTPAUTH, (long)CURLAUTH_BEARER);
+		curl_easy_setopt(client->curl, CURLOPT_XOAUTH2_BEARER, credentials->token);
+	}
+	if (credentials->ca_file)
+		curl_easy_setopt(client->curl, CURLOPT_CAINFO, credentials->ca_file);
+}
+
 static void prepare(struct pen_client *client, int fd)
 {
 	CURL *curl = client->curl;
@@ -124,6 +143,8 @@ static void prepare(struct pen_client *client, int fd)
 	curl_easy_setopt(curl, CURLOPT_XFERINFODATA, client);
 	curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, handle_bytes);
 	curl_easy_setopt(curl, CURLOPT_WRITEDATA, client);
+	curl_easy_setopt(curl, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_3);
+	show_credentials(client);
 }
 
 static int code_of_status(long status)

@@ -201,6 +201,8 @@ static bool option_read(struct pen_options *options, int option, const char *val
 {
 	switch (option) {
 	case PEN_OPTION_SERVER: options->server = value; return *value != '\0';
+	case PEN_OPTION_TOKEN_FILE: options->token_file = value; return *value != '\0';
+	case PEN_OPTION_CA_FILE: options->ca_file = value; return *value != '\0';
 	case PEN_OPTION_JSON: options->json = true; return true;
 	case PEN_OPTION_QUIET: options->quiet = true; return true;
 	case PEN_OPTION_OUTPUT: return output_add(options, value);
@@ -220,6 +222,8 @@ static const char *expected(int option)
 	case PEN_OPTION_FRAMES: return "FIRST-LAST";
 	case PEN_OPTION_CROP: return "LEFT,TOP,RIGHT,BOTTOM in pixels";
 	case PEN_OPTION_SERVER: return "a URL";
+	case PEN_OPTION_TOKEN_FILE:
+	case PEN_OPTION_CA_FILE: return "a file";
 	case PEN_OPTION_MODE: return "uniform, edge, adaptive or interleaved";
 	case PEN_OPTION_APERTURE_RADIUS:
 	case PEN_OPTION_FOCUS_DISTANCE: return "a length";

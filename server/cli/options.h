@@ -11,7 +11,8 @@ enum { PEN_OUTPUTS_MAX = 8 };
 
 /* The command line of any client command; what a command does not take stays at its default. */
 struct pen_options {
-	const char *server; /* URL */
+	const char *server;		  /* URL */
+	const char *token_file, *ca_file; /* NULL: not given */
 	bool json, quiet;
 	const char *outputs[PEN_OUTPUTS_MAX];
 	size_t output_count;
@@ -26,6 +27,8 @@ enum pen_option {
 	PEN_OPTION_HELP = 'h',
 	PEN_OPTION_OUTPUT = 'o',
 	PEN_OPTION_SERVER = 256,
+	PEN_OPTION_TOKEN_FILE,
+	PEN_OPTION_CA_FILE,
 	PEN_OPTION_JSON,
 	PEN_OPTION_QUIET,
 	PEN_OPTION_PROCESSES,
@@ -42,6 +45,20 @@ enum pen_option {
 	PEN_OPTION_SHUTTER,
 	PEN_OPTION_BACKGROUND
 };
+
+/* Options of whatever talks to a server: their rows in a command's table, their lines in its help.
+ */
+#define PEN_SERVER_OPTIONS                                                                         \
+	{"server", required_argument, NULL, PEN_OPTION_SERVER},                                    \
+		{"token-file", required_argument, NULL, PEN_OPTION_TOKEN_FILE},                    \
+	{                                                                                          \
+		"ca-file", required_argument, NULL, PEN_OPTION_CA_FILE                             \
+	}
+#define PEN_SERVER_OPTIONS_HELP                                                                    \
+	"  --server URL         default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n"              \
+	"  --token-file FILE    what the server knows us by ($PENUMBRA_TOKEN_FILE, or the\n"       \
+	"                       token itself in $PENUMBRA_TOKEN)\n"                                \
+	"  --ca-file FILE       certificates to trust, or the server's own ($PENUMBRA_CA_FILE)\n"
 
 /* Options that change the scene: their rows in a command's table, and their lines in its help. */
 #define PEN_SCENE_OPTIONS                                                                          \

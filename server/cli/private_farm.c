@@ -127,6 +127,8 @@ static int coordinator_start(struct pen_private_farm *farm,
 	}
 	/* exec takes pointers to plain char, but writes to none of them. */
 	memcpy(arguments, words, sizeof arguments);
+	/* A secret that is no business of what is started here. */
+	(void)unsetenv("PENUMBRA_TOKEN");
 	return coordinator_spawn(farm, arguments, err);
 }
 

@@ -97,7 +97,7 @@ static int farm_open(struct run *run)
 	if (r < 0)
 		return r;
 	(void)snprintf(url, sizeof url, "http://127.0.0.1:%u", run->farm.port);
-	return pen_client_create(url, &run->client, &run->err);
+	return pen_client_create(url, NULL, &run->client, &run->err);
 }
 
 static int download(struct run *run, struct pen_output *output, uint32_t frame)

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "server/cli/client.h"
+#include "server/cli/credentials.h"
 #include "server/cli/options.h"
 
 #include <stdbool.h>
@@ -11,6 +12,7 @@
 /* One run of a command that talks to a running server. */
 struct pen_session {
 	struct pen_options options;
+	struct pen_credentials credentials;
 	struct pen_client *client;
 	struct pen_error err;
 };

@@ -9,28 +9,25 @@ static const char status_help[] =
 	"\n"
 	"Shows a render or, without an id, the farm.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const char list_help[] =
 	"usage: penumbra list [OPTION…]\n"
 	"\n"
 	"Shows the renders, newest first.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const char workers_help[] =
 	"usage: penumbra workers [OPTION…]\n"
 	"\n"
 	"Shows the workers that are connected.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const struct option options[] = {
 	{"json", no_argument, NULL, PEN_OPTION_JSON},
-	{"server", required_argument, NULL, PEN_OPTION_SERVER},
+	PEN_SERVER_OPTIONS,
 	{"help", no_argument, NULL, PEN_OPTION_HELP},
 	{0},
 };

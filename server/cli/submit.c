@@ -15,13 +15,13 @@ static const char help[] =
 	"\n"
 	"SCENE is a scene in JSON, a .glb or a .gltf (\"-\": standard input); files that it names\n"
 	"by relative paths are uploaded.\n"
-	"\n" PEN_SCENE_OPTIONS_HELP "  --json               print the server's whole answer\n"
-	"  --server URL         default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"\n" PEN_SCENE_OPTIONS_HELP
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const struct option options[] = {
 	PEN_SCENE_OPTIONS,
 	{"json", no_argument, NULL, PEN_OPTION_JSON},
-	{"server", required_argument, NULL, PEN_OPTION_SERVER},
+	PEN_SERVER_OPTIONS,
 	{"help", no_argument, NULL, PEN_OPTION_HELP},
 	{0},
 };

@@ -17,36 +17,32 @@ static const char watch_help[] =
 	"the render. A server that goes away is waited for, half a minute long.\n"
 	"\n"
 	"  --quiet         no progress\n"
-	"  --json          print the render in the end as JSON\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the render in the end as JSON\n" PEN_SERVER_OPTIONS_HELP;
 
 static const char cancel_help[] =
 	"usage: penumbra cancel [OPTION…] ID\n"
 	"\n"
 	"Stops a render. What is rendered of its image stays.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const char pause_help[] =
 	"usage: penumbra pause [OPTION…] ID\n"
 	"\n"
 	"Has a render wait, without giving up what is rendered, until it is resumed.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const char resume_help[] =
 	"usage: penumbra resume [OPTION…] ID\n"
 	"\n"
 	"Has a paused render go on.\n"
 	"\n"
-	"  --json          print the server's whole answer\n"
-	"  --server URL    default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n";
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
 static const struct option options[] = {
 	{"json", no_argument, NULL, PEN_OPTION_JSON},
-	{"server", required_argument, NULL, PEN_OPTION_SERVER},
+	PEN_SERVER_OPTIONS,
 	{"help", no_argument, NULL, PEN_OPTION_HELP},
 	{"quiet", no_argument, NULL, PEN_OPTION_QUIET},
 	{0},

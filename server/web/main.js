@@ -5,6 +5,7 @@ import {byId, icon, isTyping, setHidden} from "./base/dom.js";
 import {ICONS} from "./base/icons.js";
 import {notify} from "./base/announce.js";
 import {isOver, nameOf} from "./base/format.js";
+import {askForToken} from "./access/dialog.js";
 import {CameraMode} from "./camera/mode.js";
 import {FarmView} from "./farm/view.js";
 import {showStatus} from "./farm/status.js";
@@ -171,6 +172,7 @@ for (const node of document.querySelectorAll("[data-icon]"))
     node.prepend(icon(ICONS[node.dataset.icon]));
 byId("demo").addEventListener("click", () => act(async () => dialog.open(await demoScene())));
 takeFiles((found) => dialog.open(found));
+askForToken();
 showStatus(watch);
 watch.start();
 void store.refresh();

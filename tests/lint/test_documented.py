@@ -42,8 +42,9 @@ def commands():
 
 
 OF_DIRECTORIES = ["fsck", "backup", "restore"]
+OF_ACCESS = ["token"]
 OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "workers", "serve", "config",
-               *OF_DIRECTORIES]
+               *OF_DIRECTORIES, *OF_ACCESS]
 
 
 def test_all_commands_are_tested_here():
@@ -72,9 +73,11 @@ def test_penumbra_1_explains_every_option_and_no_other():
     assert manual_options(section(page, "penumbra serve")) == options("penumbra", "serve")
     assert manual_options(section(page, "penumbra config check")) == options("penumbra", "config")
     rest = set().union(*(options("penumbra", name) for name in OF_PENUMBRA
-                         if name not in ("render", "serve", "config", *OF_DIRECTORIES)))
+                         if name not in ("render", "serve", "config", *OF_DIRECTORIES, *OF_ACCESS)))
     assert manual_options(section(page, "Data directories")) == set().union(
         *(options("penumbra", name) for name in OF_DIRECTORIES))
+    assert manual_options(section(page, "Access")) == set().union(
+        *(options("penumbra", name) for name in OF_ACCESS))
     assert clients == rest - (render - clients)
     assert all(re.search(rf"^\.Cm (\w+ \| )*{name}\b", page, flags=re.M) for name in commands())
 

@@ -42,7 +42,7 @@ function steady(page, faults) {
             try {
                 await load(address);
                 const end = Date.now() + READY_MS;
-                while (!await page.locator("#farm-pill[data-state=ready]").count() && !changed() && Date.now() < end)
+                while (!await page.locator("#farm-pill[data-state=ready], #token-dialog[open]").count() && !changed() && Date.now() < end)
                     await page.waitForTimeout(50);
             } catch (error) {
                 if (!CHANGED.test(error.message))

@@ -6,6 +6,7 @@ import concurrent.futures
 import copy
 import json
 import statistics
+import subprocess
 
 import browser as chromium
 import farm
@@ -112,6 +113,19 @@ def test_a_restart_while_the_page_is_open(browser, service):
         browser.play("restart", service, {"stop": service.stop, "start": service.start}, render=running)
     finally:
         service.arguments = ordinary
+
+
+def test_a_service_that_asks_for_a_token(browser):
+    """Breaks if the page is shut out, asks without end, shows no pictures, tiles or files, or puts the
+    token where others see it."""
+    with farm.Farm(processes=2) as service:
+        done = service.submit(SCENE)
+        service.wait(done)
+        running = service.submit({"scene": SCENE, "override": LONG})
+        made = subprocess.run([farm.program("penumbra"), "token", "add", "page", "--data", service.data],
+                              check=True, capture_output=True, text=True, timeout=10)
+        farm.wait_for(lambda: service.request("GET", "/v1/farm").status == 401, 5, "a closed door")
+        browser.play("token", service, token=made.stdout.strip(), render=done, live=running)
 
 
 def test_access_by_keys_and_ears(browser, service, render):

@@ -3,6 +3,7 @@ import {byId, element, setHidden, setText} from "../base/dom.js";
 import {formatCount, formatDuration, formatPercent, formatRate, isOver, nameOf, stateOf} from "../base/format.js";
 import {announce} from "../base/announce.js";
 import {imagePath} from "../service/client.js";
+import {saveLinked} from "../service/file.js";
 import {Rate} from "./rate.js";
 
 const FORMATS = [["png", "PNG", "for the eye"], ["exr", "OpenEXR", "linear, all layers"], ["jpg", "JPEG", "small"], ["hdr", "Radiance", "linear"]];
@@ -15,7 +16,7 @@ export class Details {
 
     constructor() {
         byId("downloads").append(...FORMATS.map(([extension, name, what]) => element("a",
-            {class: "download", "data-extension": extension}, element("b", {}, name), element("span", {}, what))));
+            {class: "download", "data-extension": extension, onclick: saveLinked}, element("b", {}, name), element("span", {}, what))));
     }
 
     show(render) {

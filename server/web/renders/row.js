@@ -2,6 +2,7 @@
 import {element, setHidden, setText} from "../base/dom.js";
 import {formatAge, formatCount, formatPercent, isOver, nameOf, stateOf} from "../base/format.js";
 import {thumbnailPath} from "../service/client.js";
+import {showPicture} from "../service/file.js";
 
 /** The address of a small picture of the render, or null while there is none. */
 function thumbnailOf(render) {
@@ -34,7 +35,7 @@ export class RenderRow {
         const source = thumbnailOf(render);
         if (source && source !== this.#shown) {
             this.#shown = source;
-            this.#picture.src = source;
+            showPicture(this.#picture, source);
             setHidden(this.#picture, false);
         }
         setText(this.#name, nameOf(render));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests to the service that the page came from.
 
+import {authorization, wantToken} from "./token.js";
+
 /** What the service answered in place of what was asked for; faults are {pointer, detail}. */
 export class Refusal extends Error {
     constructor(status, detail, faults = []) {
@@ -17,7 +19,10 @@ async function refusalOf(answer) {
 
 /** An answer that is good; a Refusal, or a TypeError when nobody answers. */
 export async function ask(method, path, options = {}) {
-    const answer = await fetch(path, {method, cache: "no-cache", ...options});
+    const headers = {...options.headers, ...authorization()};
+    const answer = await fetch(path, {method, cache: "no-cache", ...options, headers});
+    if (answer.status === 401)
+        wantToken();
     if (!answer.ok)
         throw await refusalOf(answer);
     return answer;

@@ -36,8 +36,8 @@ export class FarmWatch extends EventTarget {
         try {
             [this.farm, this.workers] = await Promise.all([getFarm(), this.#wantsWorkers ? getWorkers() : []]);
             this.reachable = true;
-        } catch {
-            this.reachable = false;
+        } catch (refusal) {
+            this.reachable = this.farm !== null && refusal.status !== undefined;
         }
         clearTimeout(this.#timer);
         if (!document.hidden)
