@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Goes on with the simulation where the last run ended, and adds a row to the results.
 
-PEN_SIMULATION_SECONDS chooses how long (default 600), PEN_SIMULATE another program to run.
+PEN_SIMULATION_SECONDS chooses how long (default 600), PEN_SIMULATE another program to run: a copy,
+when the tree is built anew meanwhile. The row names the commit that was there at the start.
 """
 import csv
 import os
@@ -21,14 +22,14 @@ COLUMNS = ["commit", "first", "seeds", "failed", "steps", "commits", "faults"]
 def main():
     rows = list(csv.DictReader(RESULTS.open())) if RESULTS.exists() else []
     first = max((int(row["first"]) + int(row["seeds"]) for row in rows), default=1)
+    head = ["git", "-c", "safe.directory=*", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(head, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
     command = [SIMULATE, "--first", str(first), "--seeds", "1000000000", "--seconds", SECONDS]
     text = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
     print(text, end="")
     seeds, failed = map(int, re.search(r"(\d+) seeds from \d+: (\d+) failed", text).groups())
     steps, commits = map(int, re.search(r"steps: (\d+), commits: (\d+)", text).groups())
     faults = sum(map(int, re.findall(r" (\d+)", text[text.index("faults:"):].splitlines()[0])))
-    head = ["git", "-c", "safe.directory=*", "rev-parse", "--short", "HEAD"]
-    commit = subprocess.run(head, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
     rows.append(dict(zip(COLUMNS, [commit.strip(), first, seeds, failed, steps, commits, faults])))
     with RESULTS.open("w", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
