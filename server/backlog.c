@@ -15,7 +15,9 @@ struct pen_backlog_tile {
 	struct pen_demand demand;
 	uint64_t blamed[PEN_BLAME_MAX - 1]; /* the workers of the faults */
 	struct pen_backlog_opinion opinions[PEN_BACKLOG_OPINIONS];
+	struct pen_backlog_opinion ghost;
 	uint8_t opinion_count;
+	bool is_haunted;
 };
 
 /* Where a tile goes that nobody is at work on. */
@@ -150,6 +152,7 @@ bool pen_backlog_merged(struct pen_backlog *backlog, uint32_t index)
 	backlog->merging--;
 	tile->round++;
 	tile->faults = tile->kills = tile->opinion_count = 0;
+	tile->is_haunted = false;
 	place(backlog, index);
 	return backlog->tiles_left == 0;
 }
@@ -205,6 +208,27 @@ void pen_backlog_retract(struct pen_backlog *backlog, uint64_t worker)
 			if (tile->opinions[k].worker == worker)
 				tile->opinions[k] = tile->opinions[--tile->opinion_count];
 	}
+}
+
+void pen_backlog_depart(struct pen_backlog *backlog, uint64_t worker)
+{
+	for (uint32_t i = 0; i < backlog->tiling.count; i++) {
+		struct pen_backlog_tile *tile = &backlog->tiles[i];
+
+		for (uint8_t k = 0; k < tile->opinion_count; k++) {
+			if (tile->opinions[k].worker != worker)
+				continue;
+			tile->ghost = tile->opinions[k];
+			tile->is_haunted = true;
+		}
+	}
+	pen_backlog_retract(backlog, worker);
+}
+
+const struct pen_backlog_opinion *pen_backlog_ghost(
+	const struct pen_backlog *backlog, uint32_t index)
+{
+	return backlog->tiles[index].is_haunted ? &backlog->tiles[index].ghost : NULL;
 }
 
 void pen_backlog_opine(struct pen_backlog *backlog, uint32_t tile, uint64_t worker, uint64_t digest)

@@ -80,6 +80,13 @@ bool pen_backlog_has_opinion(const struct pen_backlog *backlog, uint32_t tile, u
 
 /* What worker made of any tile counts no more. */
 void pen_backlog_retract(struct pen_backlog *backlog, uint64_t worker);
+
+/* Worker has left: what it made is remembered as a ghost's, the last one's of each tile. */
+void pen_backlog_depart(struct pen_backlog *backlog, uint64_t worker);
+
+/* NULL: nobody who left has made the tile's next round. */
+const struct pen_backlog_opinion *pen_backlog_ghost(
+	const struct pen_backlog *backlog, uint32_t tile);
 void pen_backlog_opine(
 	struct pen_backlog *backlog, uint32_t tile, uint64_t worker, uint64_t digest);
 

@@ -309,6 +309,7 @@ static int dispatch_job(struct pen_jobs *jobs, struct pen_run *run, struct pen_e
 		.rounds = pen_sampling_rounds(&run->job.sampling),
 		.priority = run->job.priority,
 		.restarted = run->job.restarts > 0,
+		.resumed = run->job.units_done > 0,
 		.verify = run->job.verify,
 		.paused = run->job.state == PEN_JOB_PAUSED,
 		.equivalence_class = run->job.equivalence_class,

@@ -124,6 +124,7 @@ int pen_sched_add_job(
 	job->absent_ms = job->disputed_ms = -1;
 	job->verify = given->verify;
 	job->restarted = given->restarted;
+	job->unaudited = given->resumed ? UINT64_MAX : 0;
 	job->virtual_seconds = sched->virtual_seconds;
 	if (given->equivalence_class)
 		(void)snprintf(job->equivalence_class, sizeof job->equivalence_class, "%s",
@@ -236,6 +237,7 @@ static void handle_leave(struct pen_sched *sched, struct pen_sched_hand *worker)
 				lease->started ? PEN_SCHED_FAULT_KILLED : PEN_SCHED_FAULT_RETURNED,
 				"the worker was lost");
 	}
+	pen_sched_take_leave(sched, worker->id);
 	while (sched->workers[place] != worker)
 		place++;
 	sched->workers[place] = sched->workers[--sched->worker_count];

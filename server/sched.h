@@ -34,8 +34,10 @@
  *
  * Verification: what server/verify.h says is rendered a second time, by another worker while there
  * is one, and counts when both results are the same. If they are not, a third worker decides, or
- * trust; the liar is convicted, and jobs that hold anything of its that nobody checked start again.
- * When three disagree, or no third comes within PEN_CLASS_ABSENT_MS, the job fails.
+ * trust; the liar is convicted, and jobs that hold anything of its that no other checked start
+ * again, as do those that were resumed, which may. Two that agree were there at the same time: one
+ * of them that left and came again would be another only by its id. When three disagree, or no
+ * third comes within PEN_CLASS_ABSENT_MS, the job fails.
  *
  * Stragglers: when nothing waits for a process and three quarters of a frame's tiles are done, it
  * gets a unit that another worker has been at for PEN_STRAGGLER_LATENESS times the median of its
@@ -133,6 +135,7 @@ struct pen_sched_job {
 	struct pen_rounds rounds;
 	uint32_t priority;
 	bool paused;
+	bool resumed;	/* workers that nobody knows any more have rendered some of it */
 	bool restarted; /* it waits for the class that is the best now: that of most processes */
 	enum pen_verify verify;
 	const char *equivalence_class;	  /* NULL: not chosen yet */

@@ -3,7 +3,8 @@
 
 /* What becomes of a result. */
 enum verdict {
-	COMMIT,
+	COMMIT,	     /* unseen by any other */
+	CONFIRM,     /* it counts, and another has found the same, or trust decides */
 	ASK_ANOTHER, /* its digest is remembered */
 	REJECT,	     /* it is wrong */
 	GIVE_UP	     /* three disagree */
@@ -58,14 +59,16 @@ static void redo_unaudited(struct pen_sched *sched, uint64_t worker)
 	}
 }
 
-static void retract(struct pen_sched *sched, uint64_t worker)
+/* Of each frame in flight where workers have opinions. */
+static void for_opinions(struct pen_sched *sched, uint64_t worker,
+	void (*call)(struct pen_backlog *backlog, uint64_t worker))
 {
 	for (size_t i = 0; i < sched->job_count; i++) {
 		const struct pen_reel *reel = &sched->jobs[i]->reel;
 
 		for (uint32_t frame = reel->first;
 			sched->jobs[i]->verify != PEN_VERIFY_NONE && frame < reel->open; frame++)
-			pen_backlog_retract(pen_reel_backlog(reel, frame), worker);
+			call(pen_reel_backlog(reel, frame), worker);
 	}
 }
 
@@ -77,7 +80,7 @@ static void punish(struct pen_sched *sched, uint64_t liar, bool itself)
 {
 	struct pen_sched_hand *worker = pen_sched_find_worker(sched, liar);
 
-	retract(sched, liar);
+	for_opinions(sched, liar, pen_backlog_retract);
 	if (worker) {
 		worker->audits = 0;
 		if (itself)
@@ -101,14 +104,14 @@ static enum verdict judge_two(struct pen_sched *sched, const struct pen_sched_ha
 	}
 	if (worker->trusted && (!other || !other->trusted)) {
 		*ret_liar = first;
-		return COMMIT;
+		return CONFIRM;
 	}
 	pen_backlog_opine(backlog, tile, worker->id, digest);
 	return ASK_ANOTHER;
 }
 
 /* *ret_liar: who is to be punished when that is done; 0 = nobody. */
-static enum verdict judge(struct pen_sched *sched, struct pen_sched_turn *job,
+static enum verdict judge(struct pen_sched *sched, const struct pen_sched_turn *job,
 	const struct pen_sched_hand *worker, const struct pen_sched_lease *lease, uint64_t digest,
 	uint64_t *ret_liar)
 {
@@ -116,10 +119,9 @@ static enum verdict judge(struct pen_sched *sched, struct pen_sched_turn *job,
 	const uint32_t count = pen_backlog_opinions(backlog, lease->tile);
 
 	*ret_liar = 0;
-	if (count == 0 && !wants_audit(sched, job, worker, lease->id)) {
-		job->unaudited |= bit_of(worker->id);
+	if (count == 0 && !pen_backlog_ghost(backlog, lease->tile) &&
+		!wants_audit(sched, job, worker, lease->id))
 		return COMMIT;
-	}
 	for (uint32_t i = 0; i < count; i++) {
 		const struct pen_backlog_opinion *opinion =
 			pen_backlog_opinion(backlog, lease->tile, i);
@@ -129,9 +131,10 @@ static enum verdict judge(struct pen_sched *sched, struct pen_sched_turn *job,
 		if (count == 2)
 			*ret_liar = pen_backlog_opinion(backlog, lease->tile, 1 - i)->worker;
 		credit(sched, opinion->worker, worker);
-		if (opinion->worker != worker->id)
-			credit(sched, worker->id, NULL);
-		return COMMIT;
+		if (opinion->worker == worker->id)
+			return COMMIT;
+		credit(sched, worker->id, NULL);
+		return CONFIRM;
 	}
 	if (count == 0) {
 		pen_backlog_opine(backlog, lease->tile, worker->id, digest);
@@ -175,11 +178,16 @@ void pen_sched_take_result(struct pen_sched *sched, struct pen_sched_hand *worke
 	struct pen_sched_turn *job = pen_sched_job_of(sched, lease);
 	const struct pen_backlog *backlog = pen_reel_backlog(&job->reel, lease->frame);
 	const uint32_t frame = lease->frame, tile = lease->tile;
+	const struct pen_backlog_opinion *ghost = pen_backlog_ghost(backlog, tile);
 	uint64_t liar;
 	const enum verdict verdict = judge(sched, job, worker, lease, digest, &liar);
 	const bool itself = liar == worker->id && pen_backlog_has_opinion(backlog, tile, liar);
+	const uint64_t past_liar =
+		verdict == CONFIRM && ghost && ghost->digest != digest ? ghost->worker : 0;
 
 	if (verdict == COMMIT)
+		job->unaudited |= bit_of(worker->id);
+	if (verdict == COMMIT || verdict == CONFIRM)
 		pen_sched_win(sched, worker, lease);
 	else
 		pen_sched_defer(sched, worker, lease);
@@ -187,6 +195,13 @@ void pen_sched_take_result(struct pen_sched *sched, struct pen_sched_hand *worke
 		fail_disputed(sched, job, frame, tile);
 	if (liar != 0)
 		punish(sched, liar, itself);
+	if (past_liar != 0)
+		punish(sched, past_liar, false);
+}
+
+void pen_sched_take_leave(struct pen_sched *sched, uint64_t worker)
+{
+	for_opinions(sched, worker, pen_backlog_depart);
 }
 
 /* Whether a tile waits for a third opinion that nobody who is there can give. */

@@ -20,7 +20,7 @@ struct pen_sched_turn {
 	uint32_t priority;
 	bool paused, restarted;
 	enum pen_verify verify;
-	uint64_t unaudited;  /* a bit for each worker whose pixels nobody has checked */
+	uint64_t unaudited;  /* a bit for each worker whose pixels no other has checked */
 	int64_t disputed_ms; /* since when two disagree and nobody can decide; < 0: they do not */
 	bool started;	     /* it has had a lease since it was added */
 	bool active;
@@ -155,6 +155,12 @@ void pen_sched_drop_job(struct pen_sched *sched, struct pen_sched_turn *job);
  */
 void pen_sched_take_result(struct pen_sched *sched, struct pen_sched_hand *worker,
 	struct pen_sched_lease *lease, uint64_t digest);
+
+/*
+ * A worker that leaves may come again under another id: what it has said is held against it when
+ * others find otherwise, but nobody's word is confirmed by it.
+ */
+void pen_sched_take_leave(struct pen_sched *sched, uint64_t worker);
 
 /* Fails jobs that have waited too long for somebody to decide. */
 void pen_sched_check_disputes(struct pen_sched *sched);

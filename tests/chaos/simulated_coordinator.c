@@ -273,26 +273,9 @@ static void dispatch_merge(
 	sim_push_job(sim, job, EVENT_MERGED, index, job->canvas_ms - pen_clock_ms());
 }
 
-static bool is_frame_complete(const struct sim_job *job, uint32_t frame)
-{
-	bool is_final;
-
-	return sim_quota_is_met(job, frame, &is_final) && is_final;
-}
-
-/* How many frames are complete, from the first on. */
-static uint32_t complete_frames(const struct sim_job *job)
-{
-	uint32_t count = 0;
-
-	while (count < job->shown.frame_count && is_frame_complete(job, count + 1))
-		count++;
-	return count;
-}
-
 static bool is_complete(const struct sim_job *job)
 {
-	return complete_frames(job) == job->shown.frame_count;
+	return sim_quota_final_frames(job) == job->shown.frame_count;
 }
 
 static bool dispatch_mask(void *user, uint64_t number, uint32_t frame, uint32_t tile,
@@ -369,7 +352,8 @@ static void dispatch_ended(
 	case PEN_DISPATCH_RENDERED:
 		if (!is_complete(job))
 			sim_violate(sim, "render %u lacks a tile", (unsigned)number);
-		if (is_convicted(sim, job->taint))
+		if (is_convicted(sim, job->taint) ||
+			(job->taint == TAINT_EARLIER && sim->convictions > job->convictions))
 			sim_violate(sim, "render %u ends with a liar's pixels", (unsigned)number);
 		sim->result->escapes += job->taint != 0;
 		break;
@@ -418,7 +402,7 @@ static void dispatch_job(struct sim *sim, struct sim_job *job)
 {
 	uint16_t rounds[CELLS_MAX];
 	struct pen_demand demands[CELLS_MAX];
-	const uint32_t passed = complete_frames(job);
+	const uint32_t passed = sim_quota_final_frames(job);
 	const uint32_t first = passed * job->shown.tiling.count;
 	struct pen_sched_job added = {
 		.number = job->shown.number,
@@ -428,6 +412,7 @@ static void dispatch_job(struct sim *sim, struct sim_job *job)
 		.rounds = pen_sampling_rounds(&job->shown.sampling),
 		.priority = job->shown.priority,
 		.restarted = job->shown.restarts > 0,
+		.resumed = passed > 0,
 		.verify = job->shown.verify,
 		.paused = job->paused,
 		.equivalence_class = job->shown.equivalence_class,
@@ -441,9 +426,13 @@ static void dispatch_job(struct sim *sim, struct sim_job *job)
 		f->told = f->decided;
 		rounds[i - first] = job->cells[i].rounds;
 		demands[i - first] = sim_quota_demand(job, i, f->told);
+		added.resumed = added.resumed || job->cells[i].rounds > 0;
 	}
+	if (!added.resumed)
+		job->taint = 0;
 	job->losses = 0;
 	job->listed = true;
+	job->convictions = sim->convictions;
 	if (pen_dispatch_add_job(sim->dispatch, &added, NULL) < 0)
 		abort();
 }
@@ -453,7 +442,7 @@ static void begin_job(struct sim *sim, struct sim_job *job)
 {
 	job->opening = 0;
 	for (uint32_t i = 1; i <= job->shown.frame_count; i++)
-		if (is_frame_complete(job, i)) {
+		if (sim_quota_is_final(job, i)) {
 			sync_frame(sim, job, sim_cell(job, i, 0), SYNC_OPENED);
 			job->opening++;
 		}
@@ -619,7 +608,7 @@ static void handle_merged(struct sim *sim, struct sim_job *job, uint32_t index)
 
 	tile->file = ++tile->rounds;
 	sim_push_job(sim, job, EVENT_FLUSHED, index, sim_draw(sim, 1000));
-	if (is_frame_complete(job, frame)) {
+	if (sim_quota_is_final(job, frame)) {
 		sync_frame(sim, job, index, SYNC_MERGED);
 		return;
 	}
@@ -643,7 +632,7 @@ static void tell_decided(struct sim *sim, struct sim_job *job, uint32_t frame)
 static void handle_decided(struct sim *sim, struct sim_job *job, uint32_t frame)
 {
 	decide_frame(job, frame);
-	if (is_frame_complete(job, frame))
+	if (sim_quota_is_final(job, frame))
 		sync_frame(sim, job, sim_cell(job, frame, 0), SYNC_DECIDED);
 	else
 		tell_decided(sim, job, frame);
@@ -681,7 +670,7 @@ static void handle_stored(struct sim *sim, struct sim_job *job, enum pen_job_sta
 	sim->result->cancelled += state == PEN_JOB_CANCELLED;
 	for (uint32_t i = 0; state == PEN_JOB_DONE && i < sim_cell_count(job); i++)
 		if (!job->frames[i / job->shown.tiling.count].synced ||
-			!is_frame_complete(job, 1 + i / job->shown.tiling.count) ||
+			!sim_quota_is_final(job, 1 + i / job->shown.tiling.count) ||
 			job->cells[i].file != job->cells[i].rounds)
 			sim_violate(sim, "render %u is done without its pixels",
 				(unsigned)job->shown.number);
@@ -745,7 +734,7 @@ static void recover_job(struct sim *sim, struct sim_job *job, bool power)
 	job->incarnation++;
 	job->listed = false;
 	job->canvas_ms = 0;
-	job->taint = 0; /* peers are counted anew: nobody can tell any more */
+	job->taint = job->taint != 0 ? TAINT_EARLIER : 0;
 }
 
 void sim_coordinator_restart(struct sim *sim, bool power)

@@ -75,3 +75,19 @@ bool sim_quota_is_met(const struct sim_job *job, uint32_t frame, bool *ret_final
 	}
 	return true;
 }
+
+bool sim_quota_is_final(const struct sim_job *job, uint32_t frame)
+{
+	bool is_final;
+
+	return sim_quota_is_met(job, frame, &is_final) && is_final;
+}
+
+uint32_t sim_quota_final_frames(const struct sim_job *job)
+{
+	uint32_t count = 0;
+
+	while (count < job->shown.frame_count && sim_quota_is_final(job, count + 1))
+		count++;
+	return count;
+}

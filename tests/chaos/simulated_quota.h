@@ -21,4 +21,8 @@ bool sim_quota_mask(const struct sim_job *job, uint32_t tile, uint32_t round, ui
 /* Whether every tile of a frame has what it shall have; ret_final: and will need no more. */
 bool sim_quota_is_met(const struct sim_job *job, uint32_t frame, bool *ret_final);
 
+/* Whether a frame has all that it will ever need; how many have, from the first on. */
+bool sim_quota_is_final(const struct sim_job *job, uint32_t frame);
+uint32_t sim_quota_final_frames(const struct sim_job *job);
+
 #endif

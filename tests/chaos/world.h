@@ -26,6 +26,9 @@ enum {
 	TORN = UINT16_MAX /* rounds in a framebuffer whose bytes fit no row */
 };
 
+/* In place of a peer: one of an earlier life of the coordinator. */
+#define TAINT_EARLIER UINT64_MAX
+
 enum lie {
 	LIE_NONE,
 	LIE_SIZE,
@@ -93,7 +96,8 @@ struct sim_job {
 	uint32_t poison;      /* the cell that always crashes; CELLS_MAX: none */
 	uint32_t losses;      /* leases that brought nothing, of the current incarnation */
 	int64_t canvas_ms;
-	uint64_t taint;	  /* the peer of which it has wrong pixels; 0: none */
+	uint64_t taint;	      /* the peer of which it has wrong pixels; 0: none */
+	uint32_t convictions; /* until it was listed */
 	uint32_t opening; /* complete frames that a new coordinator brings onto the disk first */
 	struct sim_frame frames[FRAMES_MAX];
 	struct sim_tile cells[CELLS_MAX]; /* tiles of all frames */

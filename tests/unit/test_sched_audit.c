@@ -249,6 +249,119 @@ static void test_what_a_liar_did_is_redone(void **state)
 	pen_sched_destroy(sched);
 }
 
+static struct pen_sched_actions leave(struct pen_sched *sched, uint64_t worker)
+{
+	return pen_sched_step(sched,
+		&(struct pen_sched_event){.type = PEN_SCHED_WORKER_LEAVE, .worker = worker}, 0);
+}
+
+/* Broken by: a second opinion of its own that makes a worker's pixels seen by another. */
+static void test_what_a_lone_liar_did_is_redone(void **state)
+{
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions;
+	struct pen_sched_action lease;
+
+	(void)state;
+	add_job(sched, 1, 32, PEN_VERIFY_FULL);
+	add_worker(sched, 1, false);
+	actions = tick(sched, 0);
+	lease = find(result(sched, find(actions, PEN_SCHED_LEASE), WRONG), PEN_SCHED_LEASE);
+	for (actions = result(sched, lease, WRONG); count(actions, PEN_SCHED_COMMIT) == 0;)
+		actions = result(sched, find(actions, PEN_SCHED_LEASE), WRONG);
+	add_worker(sched, 2, true);
+	for (unsigned step = 0; count(actions, PEN_SCHED_CONVICTED) == 0 && step < 8; step++) {
+		lease = find(actions, PEN_SCHED_LEASE);
+		actions = result(sched, lease, lease.worker == 1 ? WRONG : RIGHT);
+	}
+	assert_int_equal(find(actions, PEN_SCHED_CONVICTED).worker, 1);
+	assert_int_equal(find(actions, PEN_SCHED_TAINTED).job, 1);
+	pen_sched_destroy(sched);
+}
+
+/* Broken by: the word of a worker that left, which the same one confirms when it comes again. */
+static void test_nobody_confirms_itself_by_coming_again(void **state)
+{
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions;
+	struct pen_sched_action lease;
+
+	(void)state;
+	add_job(sched, 1, 16, PEN_VERIFY_FULL);
+	add_worker(sched, 1, false);
+	(void)result(sched, find(tick(sched, 0), PEN_SCHED_LEASE), WRONG);
+	(void)leave(sched, 1);
+	add_worker(sched, 2, false);
+	add_worker(sched, 3, false);
+	lease = find(tick(sched, 0), PEN_SCHED_LEASE);
+	actions = result(sched, lease, WRONG);
+	assert_int_equal(count(actions, PEN_SCHED_COMMIT), 0);
+	assert_int_not_equal(find(actions, PEN_SCHED_LEASE).worker, lease.worker);
+	pen_sched_destroy(sched);
+}
+
+/* Broken by: forgetting what a worker has said when it leaves, or not to look again for it. */
+static void test_who_left_is_found_out(void **state)
+{
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions = {0};
+	struct pen_sched_action lease;
+
+	(void)state;
+	add_worker(sched, 1, false);
+	add_job(sched, 1, 64, PEN_VERIFY_NONE);
+	(void)result(sched, find(tick(sched, 0), PEN_SCHED_LEASE), WRONG);
+	(void)pen_sched_step(
+		sched, &(struct pen_sched_event){.type = PEN_SCHED_JOB_PAUSE, .job = 1}, 0);
+	add_job(sched, 2, 16, PEN_VERIFY_SPOT);
+	(void)result(sched, find(tick(sched, 0), PEN_SCHED_LEASE), WRONG);
+	(void)leave(sched, 1);
+	add_worker(sched, 2, false);
+	add_worker(sched, 3, false);
+	lease = find(tick(sched, 0), PEN_SCHED_LEASE);
+	lease = find(result(sched, lease, RIGHT), PEN_SCHED_LEASE);
+	actions = result(sched, lease, RIGHT);
+	assert_int_equal(count(actions, PEN_SCHED_COMMIT), 1);
+	assert_int_equal(find(actions, PEN_SCHED_TAINTED).job, 1);
+	assert_int_equal(count(actions, PEN_SCHED_CONVICTED), 0);
+	pen_sched_destroy(sched);
+}
+
+/* Broken by: pixels of an earlier life that are taken for checked, or a job that has none redone.
+ */
+static void test_what_was_resumed_is_redone(void **state)
+{
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions = {0};
+	struct pen_sched_action lease;
+	struct pen_tiling tiling;
+	struct pen_sched_job job = {.number = 7,
+		.tiling = &tiling,
+		.frame_first = 2,
+		.frame_end = 3,
+		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
+		.paused = true,
+		.resumed = true};
+
+	(void)state;
+	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 16, 16}, 16);
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	job.number = 8;
+	job.resumed = false;
+	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_worker(sched, 1, false);
+	add_worker(sched, 2, true);
+	add_job(sched, 1, 16, PEN_VERIFY_FULL);
+	actions = tick(sched, 0);
+	while (count(actions, PEN_SCHED_CONVICTED) == 0) {
+		lease = find(actions, PEN_SCHED_LEASE);
+		actions = result(sched, lease, lease.worker == 1 ? WRONG : RIGHT);
+	}
+	assert_int_equal(count(actions, PEN_SCHED_TAINTED), 1);
+	assert_int_equal(find(actions, PEN_SCHED_TAINTED).job, 7);
+	pen_sched_destroy(sched);
+}
+
 enum { UNITS = 4096 };
 
 /* Leases as they were granted; those before done have brought their result. */
@@ -328,6 +441,10 @@ int main(void)
 		cmocka_unit_test(test_nobody_decides),
 		cmocka_unit_test(test_a_lone_worker),
 		cmocka_unit_test(test_what_a_liar_did_is_redone),
+		cmocka_unit_test(test_what_a_lone_liar_did_is_redone),
+		cmocka_unit_test(test_nobody_confirms_itself_by_coming_again),
+		cmocka_unit_test(test_who_left_is_found_out),
+		cmocka_unit_test(test_what_was_resumed_is_redone),
 		cmocka_unit_test(test_spot_checks),
 	};
 
