@@ -122,7 +122,7 @@ run_all() {
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 420 tests/chaos
     suite simulation 90 build/release/tests/simulate --seeds 1000000 --seconds 60
-    pytest_suite model 90 -rP tests/model
+    pytest_suite model 180 -rP tests/model
     pytest_suite packages 180 tests/deploy/test_packages.py
     pytest_suite slurm 90 tests/deploy/test_slurm.py
     pytest_suite deploy 150 tests/deploy/test_manifests.py tests/deploy/test_monitoring.py \

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spin searches every state of lease.pml, and finds what was broken on purpose."""
+"""Spin searches every state of lease.pml and audit.pml, and finds what was broken on purpose."""
 import pathlib
 import re
 import subprocess
 
-MODEL = pathlib.Path(__file__).with_name("lease.pml")
-SECONDS_MAX = 60
+import pytest
+
+HERE = pathlib.Path(__file__).parent
+SECONDS_MAX = 120
 MEMORY_MIB_MAX = 2048
 
 
@@ -14,16 +16,16 @@ def run(folder, *command):
                           stderr=subprocess.STDOUT, timeout=SECONDS_MAX, check=False).stdout
 
 
-def search(folder, *defines, liveness=False):
+def search(folder, *defines, model="lease", liveness=False, level="-O0"):
     """pan's report; without liveness only assertions and states that nobody leaves are looked at."""
-    print(run(folder, "spin", *defines, "-a", str(MODEL)))
+    print(run(folder, "spin", *defines, "-a", str(HERE / f"{model}.pml")))
     # Spin's own output is not ours to correct, hence -w.
     kind = [] if liveness else ["-DSAFETY", "-DNOCLAIM"]
-    print(run(folder, "gcc", "-O1", "-w", f"-DMEMLIM={MEMORY_MIB_MAX}", *kind, "-o", "pan", "pan.c"))
+    print(run(folder, "gcc", level, "-w", f"-DMEMLIM={MEMORY_MIB_MAX}", *kind, "-o", "pan", "pan.c"))
     report = run(folder, "./pan", "-m100000", *(["-a"] if liveness else []))
     found = re.search(r"errors: (\d+)\n +([\d.e+]+) states, stored", report)
     assert found, report
-    print(*defines, "liveness:" if liveness else "safety:", found[2], "states")
+    print(model, *defines, "liveness:" if liveness else "safety:", found[2], "states")
     return int(found[1]), report
 
 
@@ -35,7 +37,7 @@ def assert_exhausted(errors, report):
 def test_no_fault_breaks_a_promise(tmp_path):
     """Broken by: a commit without a live lease, twice, or of another round than the next one; a
     render that is done without its pixels on the disk; a state that nobody leaves."""
-    assert_exhausted(*search(tmp_path))
+    assert_exhausted(*search(tmp_path, level="-O2"))
 
 
 def test_what_is_accepted_ends(tmp_path):
@@ -54,3 +56,24 @@ def test_a_coordinator_without_expiry_is_caught(tmp_path):
     """Broken by: a model in which rendering ends by itself."""
     errors, report = search(tmp_path, "-DFAULTS=1", "-DNO_EXPIRY", liveness=True)
     assert errors and "acceptance cycle" in report, report
+
+
+def test_no_wrong_pixel_of_a_convicted_worker_stays(tmp_path):
+    """Broken by: a second opinion that the same worker gives, one that counts after it has left, an
+    honest worker that is convicted, or pixels of a liar that nobody makes again."""
+    assert_exhausted(*search(tmp_path, "-DLIES=2", model="audit", level="-O2"))
+
+
+def test_an_audited_render_ends(tmp_path):
+    """Broken by: opinions that are asked for for ever, or two that nobody decides between."""
+    assert_exhausted(*search(tmp_path, "-DFAULTS=1", "-DLIES=1", model="audit", liveness=True))
+
+
+@pytest.mark.parametrize("mutation, broken", [
+    ("NO_LEASE_CHECK", "holder"), ("NO_REDO", "convicted"), ("SAME_WORKER", ""),
+    ("SELF_IS_ANOTHER", "convicted"), ("OPINIONS_STAY", ""), ("RESTART_FORGETS", "convicted")])
+def test_an_audit_with_a_hole_is_caught(tmp_path, mutation, broken):
+    """Broken by: a model whose assertions hold whatever is audited."""
+    errors, report = search(tmp_path, f"-D{mutation}", model="audit")
+    violated = re.search(r"assertion violated (.*)", report)
+    assert errors and violated and broken in violated[1], report
