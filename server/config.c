@@ -28,14 +28,17 @@ const char pen_config_usage[] =
 	"  --keep-renders HOURS       renders that are over (0: for ever)\n"
 	"  --keep-frames MIB          what frames may take on the disk (0: any)\n"
 	"  --tokens FILE              who may use HTTP (DIR/tokens); see penumbra token\n"
+	"  --tls-cert FILE            certificate of HTTP, with those it goes back to (none: no "
+	"TLS)\n"
+	"  --tls-key FILE             its key; see penumbra cert\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --config FILE              these options but the next as lines KEY = VALUE\n"
 	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
 	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
 	"  --help                     print this\n"
 	"\n"
-	"Both addresses must be of this machine (loopback). They are printed when the\n"
-	"coordinator is ready, and written to DIR/ports.\n";
+	"Off loopback, HTTP needs TLS and tokens; workers connect by loopback only. Both\n"
+	"addresses are printed when the coordinator is ready, and written to DIR/ports.\n";
 
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
 
@@ -99,11 +102,6 @@ static int parse_address(const char *option, const char *text, struct sockaddr_s
 	if (parse_host(host, (uint16_t)port, ret_address) != 0)
 		return pen_error_set(err, PEN_EINVALID,
 			"--%s takes a numeric address, as in 127.0.0.1:8080", option);
-	if (!pen_config_is_loopback(ret_address))
-		return pen_error_set(err, PEN_EINVALID,
-			"--%s takes a loopback address only (127.0.0.1 or [::1]): this version "
-			"has no keys yet to protect an open port",
-			option);
 	return 0;
 }
 
@@ -176,6 +174,8 @@ enum {
 	KEEP_RENDERS,
 	KEEP_FRAMES,
 	TOKENS,
+	TLS_CERT,
+	TLS_KEY,
 	LOG_LEVEL,
 	CONFIG,
 	PARENT_DEATH,
@@ -193,6 +193,8 @@ static const struct option options[] = {
 	{"keep-renders", required_argument, NULL, KEEP_RENDERS},
 	{"keep-frames", required_argument, NULL, KEEP_FRAMES},
 	{"tokens", required_argument, NULL, TOKENS},
+	{"tls-cert", required_argument, NULL, TLS_CERT},
+	{"tls-key", required_argument, NULL, TLS_KEY},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
 	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
@@ -225,7 +227,13 @@ static int parse_option(
 	switch (option) {
 	case LISTEN: return parse_address("listen", value, &config->listen, err);
 	case WORKER_LISTEN:
-		return parse_address("worker-listen", value, &config->worker_listen, err);
+		if (parse_address("worker-listen", value, &config->worker_listen, err) < 0)
+			return PEN_EINVALID;
+		if (pen_config_is_loopback(&config->worker_listen))
+			return 0;
+		return pen_error_set(err, PEN_EINVALID,
+			"--worker-listen takes a loopback address only (127.0.0.1 or [::1]): this "
+			"version has no keys yet to protect an open port");
 	case DATA: return pen_config_parse_data(value, config->data_dir, err);
 	case PROCESSES:
 		if (parse_number(value, PEN_PROCESSES_MAX, &config->processes) < 0)
@@ -244,6 +252,8 @@ static int parse_option(
 		config->keep_bytes = (uint64_t)number << 20;
 		return 0;
 	case TOKENS: return parse_path("tokens", value, config->tokens, err);
+	case TLS_CERT: return parse_path("tls-cert", value, config->tls_cert, err);
+	case TLS_KEY: return parse_path("tls-key", value, config->tls_key, err);
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH:
 		if (!value || parse_number(value, INT_MAX, &number) == 0) {
@@ -367,6 +377,9 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 	}
 	if (r == 0 && config.data_dir[0] == '\0')
 		r = pen_config_default_data(config.data_dir, err);
+	if (r == 0 && (config.tls_cert[0] == '\0') != (config.tls_key[0] == '\0'))
+		r = pen_error_set(err, PEN_EINVALID,
+			"--tls-cert and --tls-key go together: penumbra cert makes both");
 	if (r == 0 && config.tokens[0] == '\0')
 		(void)snprintf(
 			config.tokens, PATH_MAX, "%.*s/tokens", PATH_MAX - 128, config.data_dir);

@@ -15,13 +15,14 @@
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
 	char data_dir[PATH_MAX];
-	uint32_t processes;	 /* of the local worker; 0: none is started */
-	const char *isa;	 /* of the local worker, a constant; NULL: its best */
-	char tokens[PATH_MAX];	 /* file of them */
-	uint32_t tile_px;	 /* 0: chosen for each image */
-	uint32_t keep_assets_s;	 /* that no render names */
-	uint32_t keep_renders_s; /* that are over; 0: for ever */
-	uint64_t keep_bytes;	 /* of frames; 0: without bound */
+	uint32_t processes; /* of the local worker; 0: none is started */
+	const char *isa;    /* of the local worker, a constant; NULL: its best */
+	char tls_cert[PATH_MAX], tls_key[PATH_MAX]; /* "": no TLS */
+	char tokens[PATH_MAX];			    /* file of them */
+	uint32_t tile_px;			    /* 0: chosen for each image */
+	uint32_t keep_assets_s;			    /* that no render names */
+	uint32_t keep_renders_s;		    /* that are over; 0: for ever */
+	uint64_t keep_bytes;			    /* of frames; 0: without bound */
 	enum pen_log_level log_level;
 	pid_t parent; /* end when it does; 0: live on */
 	bool help;

@@ -5,6 +5,7 @@
 #include "core/base/limits.h"
 #include "server/api.h"
 #include "server/asset_file.h"
+#include "server/certificate.h"
 #include "server/drain.h"
 #include "server/exchange.h"
 #include "server/watch.h"
@@ -487,20 +488,34 @@ static uint16_t port_of(int fd)
 	return ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
 }
 
+/* TLS 1.3 and nothing before it. */
+static const char tls_priorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3";
+
 static int start_daemon(
 	struct pen_http *http, const struct pen_http_options *options, struct pen_error *err)
 {
+	const struct pen_certificate *certificate = options->certificate;
+	unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (certificate ? MHD_USE_TLS : 0);
+	struct MHD_OptionItem tls[] = {
+		{MHD_OPTION_HTTPS_MEM_CERT, 0, certificate ? certificate->cert : NULL},
+		{MHD_OPTION_HTTPS_MEM_KEY, 0, certificate ? certificate->key : NULL},
+		{MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)tls_priorities},
+		{MHD_OPTION_END, 0, NULL},
+	};
 	int fd = options->socket;
 	int r = fd < 0 ? listen_on(&options->address, &fd, err) : 0;
 
 	if (r < 0)
 		return r;
 	http->port = port_of(fd);
-	http->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL,
-		access_handler, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED,
-		request_completed, http, MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
+	if (!certificate)
+		tls[0].option = MHD_OPTION_END;
+	http->daemon = MHD_start_daemon(flags, 0, NULL, NULL, access_handler, http,
+		MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED, request_completed, http,
+		MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
 		MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_END);
+		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY,
+		tls, MHD_OPTION_END);
 	if (http->daemon)
 		return 0;
 	(void)close(fd);

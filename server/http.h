@@ -10,6 +10,7 @@
 #include <netinet/in.h>
 #include <uv.h>
 
+struct pen_certificate;
 struct pen_shelf;
 
 /*
@@ -19,8 +20,9 @@ struct pen_shelf;
 struct pen_http;
 
 struct pen_http_options {
-	struct sockaddr_storage address; /* port 0: any */
-	int socket;			 /* a listening one to use instead, or -1 */
+	struct sockaddr_storage address;	   /* port 0: any */
+	int socket;				   /* a listening one to use instead, or -1 */
+	const struct pen_certificate *certificate; /* borrowed; NULL: no TLS */
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;

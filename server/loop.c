@@ -2,10 +2,12 @@
 #include "server/loop.h"
 
 #include "server/asset_sweep.h"
+#include "server/certificate.h"
 #include "server/data_dir.h"
 #include "server/dispatch.h"
 #include "server/durable.h"
 #include "server/encode.h"
+#include "server/exposure.h"
 #include "server/farm.h"
 #include "server/guard.h"
 #include "server/http.h"
@@ -41,6 +43,7 @@ struct pen_server {
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
 	struct pen_guard *guard;
+	struct pen_certificate certificate;
 	struct pen_http *http;
 	struct pen_spawn *spawn;
 	struct pen_asset_sweep *sweep;
@@ -156,44 +159,61 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 	return r;
 }
 
-/* The service manager's socket, if there is one; it is bound by the same rule as --listen. */
-static int inherited_socket(int *ret_fd, struct pen_error *err)
+/* Where HTTP will listen: the service manager's socket, if there is one, or --listen. */
+static int find_listener(
+	const struct pen_config *config, struct pen_http_options *options, struct pen_error *err)
 {
-	struct sockaddr_storage address = {0};
-	socklen_t size = sizeof address;
-	int fd = pen_supervisor_socket("http");
+	socklen_t size = sizeof options->address;
 
-	if (fd >= 0 && (getsockname(fd, (struct sockaddr *)&address, &size) < 0 ||
-			       !pen_config_is_loopback(&address)))
-		return pen_error_set(err, PEN_EINVALID,
-			"the service manager's socket \"http\" must listen on a loopback "
-			"address: this version has no keys yet to protect an open port");
-	*ret_fd = fd;
+	options->address = config->listen;
+	options->socket = pen_supervisor_socket("http");
+	if (options->socket >= 0 &&
+		getsockname(options->socket, (struct sockaddr *)&options->address, &size) < 0)
+		return pen_error_system(err, errno, "the service manager's socket \"http\"");
 	return 0;
+}
+
+/* Who may come in, and by which names this service is known. */
+static int start_guard(
+	struct pen_server *server, struct pen_http_options *options, struct pen_error *err)
+{
+	const struct pen_config *config = server->config;
+	const bool is_open = pen_config_is_loopback(&options->address);
+	int r = pen_guard_create(config->tokens, !is_open, &server->guard, err);
+
+	options->guard = server->guard;
+	if (r == 0 && config->tls_cert[0] != '\0') {
+		r = pen_certificate_load(
+			config->tls_cert, config->tls_key, &server->certificate, err);
+		options->certificate = &server->certificate;
+	}
+	if (r == 0)
+		r = pen_exposure_check(&options->address, options->certificate != NULL,
+			pen_guard_tokens(server->guard), err);
+	for (size_t i = 0; r == 0 && i < server->certificate.name_count; i++)
+		r = pen_guard_add_name(server->guard, server->certificate.names[i], err);
+	return r;
 }
 
 static int start_http(struct pen_server *server, struct pen_error *err)
 {
 	struct pen_http_options options = {
-		.address = server->config->listen,
 		.jobs = server->jobs,
 		.farm = server->farm,
 		.assets_dir = server->data.assets,
 		.scenes_dir = server->data.scenes,
 	};
 	char encoder[PATH_MAX];
-	int r = inherited_socket(&options.socket, err);
+	int r = find_listener(server->config, &options, err);
 
+	if (r == 0)
+		r = start_guard(server, &options, err);
 	if (r < 0)
 		return r;
 	r = pen_shelf_create(server->data.kept, &server->shelf, err);
 	if (r < 0)
 		return r;
 	options.shelf = server->shelf;
-	r = pen_guard_create(server->config->tokens, false, &server->guard, err);
-	if (r < 0)
-		return r;
-	options.guard = server->guard;
 	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
 	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
 	if (r < 0)
@@ -238,7 +258,8 @@ static int announce(struct pen_server *server, const char *worker_host, struct p
 	if (r < 0)
 		return r;
 	pen_supervisor_ready(&server->supervisor, "serving");
-	(void)printf("penumbra: http://%s:%u, workers %s:%u\npenumbra: ready\n",
+	(void)printf("penumbra: %s://%s:%u, workers %s:%u\npenumbra: ready\n",
+		server->certificate.cert ? "https" : "http",
 		host_of(&server->config->listen, host, sizeof host), http, worker_host, workers);
 	(void)fflush(stdout);
 	return 0;
@@ -280,6 +301,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	pen_dispatch_destroy(server.dispatch);
 	pen_shelf_destroy(server.shelf);
 	pen_guard_destroy(server.guard);
+	pen_certificate_finish(&server.certificate);
 	pen_data_dir_close(&server.data);
 	if (r == 0 && server.failure.code < 0) {
 		*err = server.failure;

@@ -17,6 +17,7 @@ import os
 import pathlib
 import shutil
 import signal
+import ssl
 import subprocess
 import sys
 import tempfile
@@ -109,8 +110,10 @@ class Worker:
 
 
 class Farm:
-    def __init__(self, processes=2, *arguments, data=None, binaries=BIN, prefix=()):
-        """arguments go to serve; prefix is a command to run it under, as valgrind."""
+    def __init__(self, processes=2, *arguments, data=None, binaries=BIN, prefix=(), tls=None):
+        """arguments go to serve; prefix is a command to run it under, as valgrind; tls is the certificate
+        that HTTP shows, for which arguments must say that it does."""
+        self.tls = tls
         self.processes = processes
         self.binaries, self.prefix = pathlib.Path(binaries), list(prefix)
         self.arguments = [str(a) for a in arguments]
@@ -229,8 +232,14 @@ class Farm:
 
     # HTTP
 
+    def connection(self, timeout=30):
+        if not self.tls:
+            return http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=timeout * SLOW)
+        context = ssl.create_default_context(cafile=self.tls)
+        return http.client.HTTPSConnection("127.0.0.1", self.http_port, timeout=timeout * SLOW, context=context)
+
     def request(self, method, path, body=None, headers=None, timeout=30):
-        connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=timeout * SLOW)
+        connection = self.connection(timeout)
         try:
             connection.request(method, path, body, headers or {})
             answer = connection.getresponse()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel pause resume workers serve fsck backup restore config token version
+set -l commands render submit status list watch cancel pause resume workers serve fsck backup restore config token cert version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
 complete -c penumbra -l help
@@ -22,7 +22,7 @@ complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch ca
 complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume workers" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
-complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token" -l data -r
+complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token cert" -l data -r
 complete -c penumbra -n "__fish_seen_subcommand_from fsck" -l repair
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
@@ -34,6 +34,10 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l parent-death -d "
 complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume workers" -l token-file -r -d "what the server knows us by"
 complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume workers" -l ca-file -r -d "certificates to trust"
 complete -c penumbra -n "__fish_seen_subcommand_from serve token" -l tokens -r -d "file of tokens"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-cert -r -d "certificate of HTTP"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-key -r -d "its key"
+complete -c penumbra -n "__fish_seen_subcommand_from cert" -l cert -r -d "file for the certificate"
+complete -c penumbra -n "__fish_seen_subcommand_from cert" -l key -r -d "file for its key"
 complete -c penumbra -n "__fish_seen_subcommand_from token" -x -a "add list remove"
 complete -c penumbra -n "__fish_seen_subcommand_from token" -l scope -x -d "of submit, read, metrics, admin"
 complete -c penumbra -n "__fish_seen_subcommand_from token" -l output -r -d "file for the secret"
