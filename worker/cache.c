@@ -225,12 +225,12 @@ static void handle_idle(void *user, struct pen_host *host)
 	cache->events->changed(cache->user);
 }
 
-static void handle_done(
-	void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer)
+static void handle_done(void *user, struct pen_host *host, uint32_t slot,
+	const struct pen_answer *answer, const float *pixels)
 {
 	struct pen_cache *cache = user;
 
-	cache->events->done(cache->user, host, slot, answer);
+	cache->events->done(cache->user, host, slot, answer, pixels);
 }
 
 static void handle_lost(

@@ -35,8 +35,8 @@ struct pen_cache_events {
 	/* What pen_cache_demand answers, or which slots are idle, may be different now. */
 	void (*changed)(void *user);
 	/* As in struct pen_host_events. */
-	void (*done)(
-		void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer);
+	void (*done)(void *user, struct pen_host *host, uint32_t slot,
+		const struct pen_answer *answer, const float *pixels);
 	void (*lost)(void *user, uint32_t slot, uint64_t lease, enum pen_fault fault,
 		const char *reason);
 };

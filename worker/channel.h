@@ -60,9 +60,11 @@ struct pen_order {
 	struct pen_unit unit; /* its mask is the receiver's to set */
 	uint32_t channels;    /* of the scene's film */
 	uint32_t has_mask;    /* 0 or 1 */
+	uint32_t place;	      /* for its pixels, below PEN_RESULT_PLACES */
+	uint32_t unused;
 	uint8_t mask[PEN_MASK_BYTES_MAX];
 };
-static_assert(sizeof(struct pen_order) == 56 + PEN_MASK_BYTES_MAX, "no padding");
+static_assert(sizeof(struct pen_order) == 64 + PEN_MASK_BYTES_MAX, "no padding");
 
 /*
  * render process to pool. The first one, with lease 0, says that the process is ready, and for

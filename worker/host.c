@@ -43,6 +43,7 @@ struct slot {
 	struct pen_watch *watch;
 	int pidfd;			 /* -1 = not known yet */
 	uint64_t lease;			 /* 0 = none */
+	uint32_t place;			 /* of the last order's pixels */
 	uint32_t units;			 /* rendered by this process */
 	uint32_t serial;		 /* of the process */
 	uint32_t frame;			 /* that it was started for */
@@ -128,7 +129,8 @@ static void handle_answer(struct slot *slot, const struct pen_answer *answer, pi
 		set_state(slot, SLOT_IDLE);
 	else
 		cut(slot);
-	host->events->done(host->user, host, index, answer);
+	host->events->done(
+		host->user, host, index, answer, host->results[index].pixels[slot->place]);
 }
 
 static void handle_slot(void *user)
@@ -488,11 +490,13 @@ void pen_host_turn(struct pen_host *host, uint32_t slot, uint32_t frame)
 	start(s);
 }
 
-bool pen_host_order(struct pen_host *host, uint32_t slot, const struct pen_order *order)
+bool pen_host_order(struct pen_host *host, uint32_t slot, struct pen_order *order)
 {
 	struct slot *s = &host->slots[slot];
 
 	assert(s->state == SLOT_IDLE && order->lease != 0);
+	s->place = (s->place + 1) % PEN_RESULT_PLACES;
+	order->place = s->place;
 	if (pen_channel_send(pen_watch_fd(s->watch), order, sizeof *order, NULL, 0) < 0) {
 		cut(s);
 		return false;
@@ -514,11 +518,6 @@ void pen_host_abort(struct pen_host *host, uint32_t slot)
 uint64_t pen_host_progress(const struct pen_host *host, uint32_t slot)
 {
 	return atomic_load(&host->results[slot].progress);
-}
-
-const float *pen_host_pixels(const struct pen_host *host, uint32_t slot)
-{
-	return host->results[slot].pixels;
 }
 
 void pen_host_tick(struct pen_host *host, int64_t now_ms)

@@ -28,9 +28,12 @@ struct pen_host_events {
 	void (*failed)(void *user, struct pen_host *host, const char *reason);
 	/* A slot takes an order now. */
 	void (*idle)(void *user, struct pen_host *host);
-	/* An order has been rendered; its pixels stay until the slot's next order. */
-	void (*done)(
-		void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer);
+	/*
+	 * An order has been rendered, and the slot takes the next one now. The pixels stay until
+	 * the one after that; they may still change under a reader.
+	 */
+	void (*done)(void *user, struct pen_host *host, uint32_t slot,
+		const struct pen_answer *answer, const float *pixels);
 	/* A slot's order ends without pixels. */
 	void (*lost)(void *user, uint32_t slot, uint64_t lease, enum pen_fault fault,
 		const char *reason);
@@ -76,17 +79,17 @@ bool pen_host_has_frame(const struct pen_host *host, uint32_t slot, uint32_t fra
  */
 void pen_host_turn(struct pen_host *host, uint32_t slot, uint32_t frame);
 
-/* Hands an order to an idle slot that has its frame; false when its process is just ending. */
-bool pen_host_order(struct pen_host *host, uint32_t slot, const struct pen_order *order);
+/*
+ * Hands an order to an idle slot that has its frame, whose place it sets; false when the slot's
+ * process is just ending.
+ */
+bool pen_host_order(struct pen_host *host, uint32_t slot, struct pen_order *order);
 
 /* Kills the slot's render process; its order ends without an event. */
 void pen_host_abort(struct pen_host *host, uint32_t slot);
 
 /* Samples finished of the slot's order. */
 uint64_t pen_host_progress(const struct pen_host *host, uint32_t slot);
-
-/* The pixels of the slot's last order; may still change under a reader. */
-const float *pen_host_pixels(const struct pen_host *host, uint32_t slot);
 
 /* Starts render processes that are due, and ends a scene process that hangs. Call it often. */
 void pen_host_tick(struct pen_host *host, int64_t now_ms);

@@ -13,10 +13,15 @@
  * out, so that no peer can take pages away from under a reader.
  */
 
-/* What a render process writes for the pool; one for each slot, side by side in one memory. */
+enum { PEN_RESULT_PLACES = 2 };
+
+/*
+ * What a render process writes for the pool; one for each slot, side by side in one memory. Units
+ * take turns at the places: while the pool reads a unit's pixels the next one is rendered.
+ */
 struct pen_result {
 	_Atomic uint64_t progress; /* samples finished of the unit being rendered */
-	_Alignas(4096) float pixels[PEN_TILE_BYTES_MAX / sizeof(float)];
+	_Alignas(4096) float pixels[PEN_RESULT_PLACES][PEN_TILE_BYTES_MAX / sizeof(float)];
 };
 
 /* Results of count slots. */

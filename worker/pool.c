@@ -286,27 +286,44 @@ static void send_result(
 	pen_session_send(pool->session, &msg);
 }
 
-/* The pixels are copied before they are checked: their writer could still change them. */
-static void handle_done(
-	void *user, struct pen_host *host, uint32_t slot, const struct pen_answer *answer)
+/* Ends a slot's process; what it has just begun waits again. */
+static void replace_process(struct pool *pool, struct pen_host *host, uint32_t slot)
+{
+	struct lease *next = pool->running[slot];
+
+	pen_host_abort(host, slot);
+	pool->running[slot] = NULL;
+	if (next)
+		next->host = NULL;
+}
+
+/*
+ * The pixels are copied before they are checked: their writer could still change them. Before
+ * either its slot gets the next unit. Until the end the lease stays where it is, and its host with
+ * it.
+ */
+static void handle_done(void *user, struct pen_host *host, uint32_t slot,
+	const struct pen_answer *answer, const float *pixels)
 {
 	struct pool *pool = user;
 	struct lease *lease = pool->running[slot];
 	size_t count, size;
 
 	assert(lease && lease->msg.lease == answer->lease && lease->host == host);
+	pool->running[slot] = NULL;
+	dispatch(pool);
 	count = pen_rect_area(lease->msg.rect) * lease->msg.channels;
 	size = count * sizeof *pool->pixels;
-	memcpy(pool->pixels, pen_host_pixels(host, slot), size);
+	memcpy(pool->pixels, pixels, size);
+	lease->host = NULL;
 	if (pen_xxh3(pool->pixels, size) != answer->xxh3 || !all_finite(pool->pixels, count)) {
-		pen_host_abort(host, slot);
+		replace_process(pool, host, slot);
 		fail(pool, lease, PEN_FAULT_CRASH, "render process gave damaged pixels");
 	} else {
 		if (!lease->revoked)
 			send_result(pool, lease, answer, size);
 		remove_lease(pool, lease);
 	}
-	dispatch(pool);
 	finish_when_drained(pool);
 }
 

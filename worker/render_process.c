@@ -40,7 +40,7 @@ struct render_process {
 	struct pen_result *result;
 };
 
-/* False for a frame that is not there: no pool orders that. */
+/* False for a frame or a place that is not there: no pool orders that. */
 static bool render(
 	struct render_process *self, const struct pen_order *order, struct pen_answer *ret_answer)
 {
@@ -48,17 +48,19 @@ static bool render(
 		pen_render_shot_scene(self->view->shot, order->unit.frame);
 	size_t size = pen_rect_area(order->unit.rect) * order->channels * sizeof(float);
 	int64_t start_us = pen_clock_us();
+	float *pixels;
 
-	if (!scene)
+	if (!scene || order->place >= PEN_RESULT_PLACES)
 		return false;
+	pixels = self->result->pixels[order->place];
 	if (scene != self->scene)
 		pen_renderer_set_scene(self->renderer, scene);
 	self->scene = scene;
 	*ret_answer = (struct pen_answer){.lease = order->lease};
 	atomic_store(&self->result->progress, 0);
-	pen_renderer_unit(self->renderer, &order->unit, self->result->pixels, &ret_answer->stats,
-		&self->result->progress);
-	ret_answer->xxh3 = pen_xxh3(self->result->pixels, size);
+	pen_renderer_unit(
+		self->renderer, &order->unit, pixels, &ret_answer->stats, &self->result->progress);
+	ret_answer->xxh3 = pen_xxh3(pixels, size);
 	ret_answer->render_us = (uint64_t)(pen_clock_us() - start_us);
 	return true;
 }

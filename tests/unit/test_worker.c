@@ -213,15 +213,30 @@ static void test_bad_scenes(void **state)
 	coordinator_lease(&c, 4, SEED_CRASH_BUILD, DEADLINE_MS);
 	coordinator_expect_failure(&c, 3, PEN_FAULT_CRASH, "scene process ended by SIGABRT");
 	coordinator_expect_failure(&c, 4, PEN_FAULT_CRASH, "scene process ended by SIGABRT");
-	coordinator_lease(&c, 5, SEED_DAMAGE, DEADLINE_MS);
-	coordinator_expect_failure(&c, 5, PEN_FAULT_CRASH, "damaged");
 	c.missing = true;
-	coordinator_lease(&c, 6, 1, DEADLINE_MS);
-	coordinator_expect_failure(&c, 6, PEN_FAULT_NO_SCENE, "does not have");
+	coordinator_lease(&c, 5, 1, DEADLINE_MS);
+	coordinator_expect_failure(&c, 5, PEN_FAULT_NO_SCENE, "does not have");
 	c.missing = false;
 	(void)usleep(200000);
-	coordinator_lease(&c, 7, 1, DEADLINE_MS);
-	coordinator_expect_result(&c, 7, 1);
+	coordinator_lease(&c, 6, 1, DEADLINE_MS);
+	coordinator_expect_result(&c, 6, 1);
+	coordinator_finish(&c);
+}
+
+/*
+ * Fails when damaged pixels are passed on, or when the unit that their process has begun since is
+ * lost with it or pays for it.
+ */
+static void test_damage(void **state)
+{
+	struct coordinator c;
+
+	(void)state;
+	coordinator_init(&c, "1");
+	for (uint64_t lease = 1; lease <= 4; lease++)
+		coordinator_lease(&c, lease, SEED_DAMAGE, DEADLINE_MS);
+	for (uint64_t lease = 1; lease <= 4; lease++)
+		coordinator_expect_failure(&c, lease, PEN_FAULT_CRASH, "damaged");
 	coordinator_finish(&c);
 }
 
@@ -414,6 +429,7 @@ int main(void)
 		cmocka_unit_test(test_scene_process_killed),
 		cmocka_unit_test(test_deadline),
 		cmocka_unit_test(test_bad_scenes),
+		cmocka_unit_test(test_damage),
 		cmocka_unit_test(test_report),
 		cmocka_unit_test(test_revoke),
 		cmocka_unit_test(test_reconnect),
