@@ -49,7 +49,8 @@ static uint32_t choose_tile_px(const struct pen_jobs *jobs, const struct pen_sce
 		return jobs->options.tile_px;
 	if (processes < jobs->options.processes)
 		processes = jobs->options.processes;
-	return pen_plan_tile_px(scene->image.crop, scene->sampling.samples, processes);
+	return pen_plan_tile_px(scene->image.crop, scene->sampling.samples,
+		scene->frames.last - scene->frames.first + 1, processes);
 }
 
 static int check_admission(

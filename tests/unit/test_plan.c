@@ -11,7 +11,7 @@
 
 static uint32_t plan(uint32_t width, uint32_t height, uint32_t samples, uint32_t processes)
 {
-	return pen_plan_tile_px((struct pen_rect){0, 0, width, height}, samples, processes);
+	return pen_plan_tile_px((struct pen_rect){0, 0, width, height}, samples, 1, processes);
 }
 
 /* Broken by: tiles so large that processes idle, or smaller than they need be. */
@@ -38,11 +38,28 @@ static void test_few_samples(void **state)
 	assert_int_equal(plan(640, 360, 4, 32), 64);
 }
 
+static uint32_t plan_frames(uint32_t samples, uint32_t frames, uint32_t processes)
+{
+	return pen_plan_tile_px((struct pen_rect){0, 0, 320, 180}, samples, frames, processes);
+}
+
+/* Broken by: frames cut as if each had to keep all processes busy by itself. */
+static void test_frames(void **state)
+{
+	(void)state;
+	assert_int_equal(plan_frames(16, 1, 2), 64);
+	assert_int_equal(plan_frames(16, 2, 2), 128); /* 6 tiles each */
+	assert_int_equal(plan_frames(64, 240, 6), 128);
+	assert_int_equal(plan_frames(64, 240, 7), 64); /* four frames abreast are not enough */
+	assert_int_equal(plan_frames(65, 240, 2), 64);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_tile_px),
 		cmocka_unit_test(test_few_samples),
+		cmocka_unit_test(test_frames),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
