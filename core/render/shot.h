@@ -10,7 +10,7 @@
  */
 struct pen_render_shot;
 
-enum { PEN_SHOT_FRAMES_MAX = 16 }; /* that stand ready at a time */
+enum { PEN_SHOT_FRAMES_MAX = 32 }; /* that stand ready at a time */
 
 /* Builds what the frames share. As pen_render_scene_create; no frame is ready yet. */
 int pen_render_shot_create(const struct pen_scene *desc, const struct pen_pictures *pictures,
