@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time to an equal error beside Blender's Cycles, scene by scene.
 
-    equal_error.py [--runs 3] [--samples 64 256] [--processes 2] [--scale 0.5] [--full 1]
-                   [SCENE …]
+    equal_error.py [--runs 3] [--samples 64 256] [--processes 2] [--seeds 4] [--scale 0.5]
+                   [--full 1] [SCENE …]
 
 How far each renderer is off after so many samples is the RMSE, over pixels and channels, of values
-compressed by v / (1 + v), against its own image with 16 times the most samples and another seed.
+compressed by v / (1 + v), against its own image with 16 times the most samples and another seed;
+the mean square is over images of --seeds seeds, for where most of it is in few pixels that of one
+image differs by a tenth from another's.
 Penumbra's fewest samples, a multiple of 16, whose RMSE is at most that of Cycles are looked for;
 these errors are measured on images of --scale the size, which makes them no other but the
 references cheaper. Then both render the scene in --full its size with as many samples, in turn, runs
@@ -113,15 +115,17 @@ class Cycles:
 class Errors:
     """RMSE by samples of one renderer."""
 
-    def __init__(self, renderer, size, most):
-        self.renderer, self.size, self.known = renderer, size, {}
+    def __init__(self, renderer, size, most, seeds):
+        self.renderer, self.size, self.seeds, self.known = renderer, size, seeds, {}
         self.reference = compress(
             renderer.render(size, REFERENCE_FACTOR * most, REFERENCE_SEED).pixels)
 
     def at(self, samples):
         if samples not in self.known:
-            pixels = compress(self.renderer.render(self.size, samples).pixels)
-            self.known[samples] = math.sqrt(((pixels - self.reference) ** 2).mean())
+            images = (self.renderer.render(self.size, samples, seed).pixels
+                      for seed in range(self.seeds))
+            self.known[samples] = math.sqrt(statistics.fmean(
+                ((compress(pixels) - self.reference) ** 2).mean() for pixels in images))
         return self.known[samples]
 
     def fewest(self, target):
@@ -154,7 +158,7 @@ def measure(name, options, service, directory):
     full, size = ({key: max(1, round(ours.doc["image"][key] * scale)) for key in ("width", "height")}
                   for scale in (options.full, options.scale))
     most = max(options.samples)
-    errors = Errors(ours, size, most), Errors(cycles, size, most)
+    errors = [Errors(renderer, size, most, options.seeds) for renderer in (ours, cycles)]
     for samples in options.samples:
         target = errors[1].at(samples)
         needed = errors[0].fewest(target)
@@ -192,6 +196,7 @@ def main():
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--samples", type=int, nargs="+", default=[64, 256])
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--scale", type=float, default=0.5)
     parser.add_argument("--full", type=float, default=1)
     parser.add_argument("scenes", nargs="*", default=NAMES)
