@@ -28,6 +28,7 @@ static void rectangle_init(struct pen_light *light, const struct pen_light_desc 
 	light->edge_v = pen_normalize(v);
 	light->axis = pen_normalize(pen_cross(light->edge_u, light->edge_v));
 	light->area = light->length_u * light->length_v;
+	light->back = 1.0f;
 }
 
 PEN_LANE void set_triangle(struct pen_light *light, struct pen_vec3 corner, struct pen_vec3 edge_u,
@@ -187,7 +188,7 @@ PEN_LANE struct pen_light_sample sample_rectangle(
 	const float y = by_area ? w.y0 + v * light->length_v : point.y;
 	const struct pen_vec3 across =
 		pen_add(pen_scale(light->edge_u, x), pen_scale(light->edge_v, y));
-	const float depth = light->two_sided ? -fabsf(w.z) : w.z;
+	const float depth = pen_min(w.z, light->back * w.z);
 
 	return flat_sample(light, pen_madd(across, w.z, light->axis), depth, solid_angle);
 }

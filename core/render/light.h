@@ -16,7 +16,6 @@ struct pen_light {
 	enum pen_light_type type;
 	bool delta; /* one direction only, which no lobe finds: point, spot, directional of angle 0
 		     */
-	bool two_sided; /* a rectangle that shines from its back too */
 	struct pen_vec3 color;
 	struct pen_vec3 origin; /* corner, first vertex, centre or position */
 	/* Unit: normal of the emitting side, axis of a spot, where a directional light comes from.
@@ -26,6 +25,7 @@ struct pen_light {
 	 */
 	struct pen_vec3 edge_u, edge_v;
 	float length_u, length_v; /* of a rectangle's edges */
+	float back;		  /* of a rectangle: -1 where its back shines too, else 1 */
 	float radius;
 	float area;
 	float spot_cos;	      /* of half the cone */

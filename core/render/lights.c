@@ -60,7 +60,7 @@ static struct pen_light_hull hull_of(const struct pen_light *light, uint32_t num
 		.cos_axis = 1.0f,
 		.strength = bright * light->area,
 		.light = number,
-		.two_sided = light->two_sided,
+		.two_sided = light->back < 0.0f,
 	};
 
 	switch (light->type) {

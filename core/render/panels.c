@@ -322,7 +322,7 @@ static struct pen_light light_of(const struct pen_material *material, const stru
 
 	return (struct pen_light){
 		.type = PEN_LIGHT_RECTANGLE,
-		.two_sided = !material->is_one_sided,
+		.back = material->is_one_sided ? 1.0f : -1.0f,
 		.color = {material->emission[0], material->emission[1], material->emission[2]},
 		.origin = pen_madd(pen_madd(frame->origin, frame->lower[0], frame->u),
 			frame->lower[1], frame->v),

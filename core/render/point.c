@@ -429,17 +429,18 @@ static void copy_normals(struct pen_points *to)
 static void find_smooth_normals(const struct pen_geometry *geometry, const struct pen_hits *hits,
 	const struct lookup *lookup, struct pen_points *to)
 {
-	const int32_t *const indices = (const int32_t *)geometry->indices;
 	const float *const pool = geometry->normals;
+	struct corners corners;
 
+	find_corners(geometry, lookup, &corners);
 #pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++) {
-		const int wanted = lookup->normal_offset[i] != PEN_NO_INDEX;
+		const int wanted = (lookup->normal_offset[i] != PEN_NO_INDEX) &
+				   (lookup->route[i] == PEN_ROUTE_TRIANGLE);
 		const int32_t shift = (int32_t)lookup->normal_offset[i];
-		const int32_t *index = indices + 3 * (lookup->primitive[i] & -wanted);
-		const struct pen_vec3 a = pen_vertex(pool, (index[0] + shift) & -wanted);
-		const struct pen_vec3 b = pen_vertex(pool, (index[1] + shift) & -wanted);
-		const struct pen_vec3 c = pen_vertex(pool, (index[2] + shift) & -wanted);
+		const struct pen_vec3 a = pen_vertex(pool, (corners.a[i] + shift) & -wanted);
+		const struct pen_vec3 b = pen_vertex(pool, (corners.b[i] + shift) & -wanted);
+		const struct pen_vec3 c = pen_vertex(pool, (corners.c[i] + shift) & -wanted);
 		const struct pen_vec3 n = pen_normalize(blend(a, b, c, hits->u[i], hits->v[i]));
 
 		to->normal_x[i] = pen_pick(wanted, n.x, to->normal_x[i]);

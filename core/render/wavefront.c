@@ -91,7 +91,6 @@ static void add_to_slots(
 
 static void clear(struct pen_gathered *sum)
 {
-#pragma omp simd
 	for (int i = 0; i < PEN_LANES; i++)
 		sum->red[i] = sum->green[i] = sum->blue[i] = 0.0f;
 }
