@@ -24,7 +24,6 @@ import argparse
 import collections
 import json
 import math
-import os
 import pathlib
 import re
 import resource
@@ -52,25 +51,13 @@ REFERENCE_SEED, REFERENCE_FACTOR, BLOCK = 1 << 20, 16, 16
 Run = collections.namedtuple("Run", "pixels seconds rest processor")
 
 
-def processor_of(family):
-    """Of processes and of those that they have waited for, in seconds."""
-    ticks = 0
-    for pid in family:
-        try:
-            stat = pathlib.Path(f"/proc/{pid}/stat").read_text()
-        except OSError:
-            continue
-        ticks += sum(int(field) for field in stat[stat.rindex(")") + 2:].split()[11:15])
-    return ticks / os.sysconf("SC_CLK_TCK")
-
-
 class Penumbra:
     def __init__(self, doc, service):
         self.doc, self.service = doc, service
 
     def processor(self):
         pid = self.service.server.pid
-        return processor_of([pid, *farm.descendants(pid)])
+        return farm.processor_seconds([pid, *farm.descendants(pid)])
 
     def render(self, size, samples, seed=0):
         doc = {**self.doc, "image": {**self.doc["image"], **size},

@@ -10,11 +10,13 @@
 
 #include <getopt.h>
 #include <math.h>
+#include <sched.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -27,10 +29,14 @@
  *
  *     samples rays packets renderer_s bare_s own_s renderer/bare least greatest
  *
+ * With --copies the recorded calls are instead replayed bare by pinned processes, as often as
+ * asked: each line "COPIES FIRST_CORE SECONDS" that is read is answered by the calls a second of
+ * all.
+ *
  * The linker sends the renderer's calls of these functions through the wrappers below.
  */
-static const char usage[] =
-	"usage: limit SCENE.json [--assets DIRECTORY] [--samples N] [--scale DIVISOR] [--runs N]\n";
+static const char usage[] = "usage: limit SCENE.json [--assets DIRECTORY] [--samples N]\n"
+			    "             [--scale DIVISOR] [--runs N | --copies]\n";
 
 enum { RUNS_MAX = 99, TILE_PX = 64 };
 
@@ -261,6 +267,79 @@ static void measure(const struct bench *bench, RTCScene bare, int runs)
 	printf("%.3f %.3f %.3f\n", ratios[runs / 2], ratios[0], ratios[runs - 1]);
 }
 
+static double wall_seconds(void)
+{
+	struct timespec now;
+
+	(void)clock_gettime(CLOCK_MONOTONIC, &now);
+	return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Calls a second of one copy, into a pipe. */
+_Noreturn static void copy(RTCScene bare, int core, double seconds, int to)
+{
+	const double start = wall_seconds();
+	double rate, spent;
+	uint64_t calls = 0;
+	cpu_set_t cores;
+
+	CPU_ZERO(&cores);
+	CPU_SET((unsigned)core, &cores);
+	if (sched_setaffinity(0, sizeof cores, &cores) < 0)
+		load_fail("cannot be pinned");
+	do {
+		trace_bare(bare);
+		calls += record.count;
+		spent = wall_seconds() - start;
+	} while (spent < seconds);
+	rate = (double)calls / spent;
+	_exit(write(to, &rate, sizeof rate) != sizeof rate);
+}
+
+/* Calls a second of so many copies together. */
+static double copies_rate(RTCScene bare, int copies, int first_core, double seconds)
+{
+	const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN);
+	double sum = 0.0, rate;
+	int ends[2];
+
+	if (pipe(ends) < 0)
+		load_fail("no pipe");
+	for (int i = 0; i < copies; i++) {
+		const pid_t pid = fork();
+
+		if (pid < 0)
+			load_fail("cannot fork");
+		if (pid == 0)
+			copy(bare, (first_core + i) % cores, seconds, ends[1]);
+	}
+	(void)close(ends[1]);
+	while (read(ends[0], &rate, sizeof rate) == sizeof rate)
+		sum += rate;
+	(void)close(ends[0]);
+	for (int i = 0; i < copies; i++) {
+		int status;
+
+		if (wait(&status) < 0 || status != 0)
+			load_fail("a copy failed");
+	}
+	return sum;
+}
+
+static void answer_copies(const struct bench *bench, RTCScene bare)
+{
+	int copies, first_core;
+	double seconds;
+
+	record.is_on = true;
+	(void)render(bench);
+	record.is_on = false;
+	while (scanf("%d %d %lf", &copies, &first_core, &seconds) == 3) {
+		(void)printf("%.1f\n", copies_rate(bare, copies, first_core, seconds));
+		(void)fflush(stdout);
+	}
+}
+
 static struct pen_render_scene *build_scene(
 	const struct pen_scene *desc, const struct pen_pictures *pictures, bool skips_handful)
 {
@@ -273,6 +352,7 @@ static struct pen_render_scene *build_scene(
 	return scene;
 }
 
+/* runs: 0 for copies. */
 static void run(struct pen_scene *desc, const struct pen_pictures *pictures, int runs)
 {
 	struct pen_render_scene *bare = build_scene(desc, pictures, true);
@@ -286,7 +366,10 @@ static void run(struct pen_scene *desc, const struct pen_pictures *pictures, int
 		(size_t)TILE_PX * TILE_PX * pen_scene_film(desc).channels, sizeof(float));
 	if (pen_renderer_create(scene, &bench.renderer, &err) < 0)
 		load_fail(err.text);
-	measure(&bench, embree, runs);
+	if (runs > 0)
+		measure(&bench, embree, runs);
+	else
+		answer_copies(&bench, embree);
 	pen_renderer_destroy(bench.renderer);
 	free(bench.pixels);
 	free(record.calls);
@@ -319,6 +402,7 @@ int main(int argc, char **argv)
 		{"samples", required_argument, NULL, 's'},
 		{"scale", required_argument, NULL, 'd'},
 		{"runs", required_argument, NULL, 'r'},
+		{"copies", no_argument, NULL, 'c'},
 		{NULL, 0, NULL, 0},
 	};
 	uint32_t samples = 16, divisor = 1, runs = 5;
@@ -333,6 +417,7 @@ int main(int argc, char **argv)
 		case 's': samples = number(optarg); break;
 		case 'd': divisor = number(optarg); break;
 		case 'r': runs = number(optarg); break;
+		case 'c': runs = 0; break;
 		default: load_fail(usage);
 		}
 	if (optind + 1 != argc || runs > RUNS_MAX)

@@ -89,6 +89,18 @@ def descendants(pid):
     return found
 
 
+def processor_seconds(pids):
+    """Processor time of processes and of those that they have waited for."""
+    ticks = 0
+    for pid in pids:
+        try:
+            stat = pathlib.Path(f"/proc/{pid}/stat").read_text()
+        except OSError:
+            continue
+        ticks += sum(int(field) for field in stat[stat.rindex(")") + 2:].split()[11:15])
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 class Worker:
     """The process tree of one pool process: zygotes, scene processes, render processes.
 
