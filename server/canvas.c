@@ -109,9 +109,12 @@ struct pen_demand pen_canvas_demand(const struct pen_canvas *canvas, uint32_t ti
 
 /* On the pool */
 
+/* Without access times: every merge reads after a write, and would change the inode once more. */
 static int open_file(struct pen_canvas *canvas)
 {
-	canvas->fd = open(canvas->path, O_RDWR | O_CLOEXEC);
+	canvas->fd = open(canvas->path, O_RDWR | O_CLOEXEC | O_NOATIME);
+	if (canvas->fd < 0 && errno == EPERM) /* somebody else's file */
+		canvas->fd = open(canvas->path, O_RDWR | O_CLOEXEC);
 	return canvas->fd < 0 ? -errno : 0;
 }
 

@@ -2,6 +2,7 @@
 #ifndef PEN_SERVER_ENCODING_H
 #define PEN_SERVER_ENCODING_H
 
+#include "core/base/film.h"
 #include "core/base/limits.h"
 #include "core/base/rect.h"
 
@@ -34,6 +35,14 @@ struct pen_encoding_request {
 	char equivalence_class[PEN_CLASS_BYTES_MAX + 1];
 };
 static_assert(sizeof(struct pen_encoding_request) == 256, "no padding");
+
+/* How long an encoder may take for it: a large image with many layers takes minutes. */
+static inline uint64_t pen_encoding_ms(const struct pen_encoding_request *request)
+{
+	return PEN_ENCODING_MS + pen_rect_area(request->crop) *
+					 pen_film_of(request->planes).channels /
+					 PEN_ENCODING_MS_VALUES;
+}
 
 struct pen_encoding_reply {
 	uint64_t size; /* of the file */

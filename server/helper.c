@@ -167,7 +167,7 @@ void pen_helper_send(struct pen_helper *helper, const struct pen_encoding_reques
 	control.header.cmsg_len = CMSG_LEN(sizeof fds);
 	memcpy(CMSG_DATA(&control.header), fds, sizeof fds);
 	helper->busy = true;
-	(void)uv_timer_start(&helper->deadline, deadline_passed, PEN_ENCODING_MS, 0);
+	(void)uv_timer_start(&helper->deadline, deadline_passed, pen_encoding_ms(request), 0);
 	if (sendmsg(helper->socket_fd, &message, MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
 		stop(helper);
 }

@@ -143,7 +143,8 @@
 
 /* Encoded images */
 #define PEN_ENCODINGS_WAITING_MAX 64u
-#define PEN_ENCODING_MS		  60000
+#define PEN_ENCODING_MS		  60000 /* and a millisecond for each so many values: */
+#define PEN_ENCODING_MS_VALUES	  4096u /* a third of what a busy core packs into an EXR */
 #define PEN_CACHE_FILES		  64u
 #define PEN_CACHE_BYTES		  (1ull << 30)
 

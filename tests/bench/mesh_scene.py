@@ -32,11 +32,11 @@ def grid(rows, columns, wraps):
     return quads.reshape(-1, 3).astype(np.uint32)
 
 
-def hills():
-    side = np.linspace(-16, 16, HILLS_SIDE)
+def hills(corners=HILLS_SIDE):
+    side = np.linspace(-16, 16, corners)
     z, x = np.meshgrid(side, side, indexing="ij")
     points = np.stack([x, height(x, z), z], axis=-1).reshape(-1, 3)
-    return points.astype(np.float32), grid(HILLS_SIDE, HILLS_SIDE, False)
+    return points.astype(np.float32), grid(corners, corners, False)
 
 
 def ball(number):
@@ -48,6 +48,11 @@ def ball(number):
     points = np.stack([radius * np.cos(theta) + 0 * phi, radius * np.sin(theta) * np.cos(phi),
                        radius * np.sin(theta) * np.sin(phi)], axis=-1).reshape(-1, 3) + center
     return points.astype(np.float32), grid(BALL_RINGS + 1, BALL_RINGS, True)[:, ::-1]
+
+
+def hills_of(triangles):
+    """A mesh of about so many triangles, as one of the parts."""
+    return (*hills(round((triangles / 2) ** 0.5) + 1), COLORS[0])
 
 
 def parts():
