@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Samples per second beside Blender's Cycles and POV-Ray, scene by scene.
 
-    peers.py [--runs 5] [--samples 64] [--processes 2] [--skip-povray] [SCENE …]
+    peers.py [--runs 5] [--samples 64] [--processes 2] [--scale 1] [--skip-povray] [SCENE …]
 
-Each scene of tests/reference/scenes is rendered in turn by Penumbra, Cycles and POV-Ray, with the
+Each scene of tests/reference/scenes, in --scale its size, is rendered in turn by Penumbra, Cycles and POV-Ray, with the
 same number of samples and of cores, runs times. Counted is rendering alone: Penumbra's "seconds" of
 the resource, the stamps of Cycles' log from its first sample to its last, POV-Ray's trace time. The
 table holds medians, with the least and the greatest; the last column is the ratio of the medians.
@@ -86,11 +86,22 @@ def measure(service, path, options, directory):
             for name, seconds in times.items()}
 
 
+def scaled(name, scale, directory):
+    """A file of the scene in so much of its size."""
+    doc = json.loads((SCENES / f"{name}.json").read_text())
+    for side in ("width", "height"):
+        doc["image"][side] = max(1, round(scale * doc["image"][side]))
+    path = directory / f"{name}.json"
+    path.write_text(json.dumps(doc))
+    return path
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--scale", type=float, default=1)
     parser.add_argument("--skip-povray", action="store_true")
     parser.add_argument("scenes", nargs="*", default=sorted(p.stem for p in SCENES.glob("*.json")))
     options = parser.parse_args()
@@ -99,7 +110,8 @@ def main():
     print(f"{'scene':16}{'Penumbra':>24}{'Cycles':>22}{'POV-Ray':>22}{'/ Cycles':>10}")
     with tempfile.TemporaryDirectory() as temporary, farm.Farm(options.processes) as service:
         for name in options.scenes:
-            found = measure(service, SCENES / f"{name}.json", options, pathlib.Path(temporary))
+            path = scaled(name, options.scale, pathlib.Path(temporary))
+            found = measure(service, path, options, pathlib.Path(temporary))
             ratio = found["penumbra"][0] / found["cycles"][0]
             print(f"{name:16}{cell(found['penumbra']):>24}{cell(found['cycles']):>22}"
                   f"{cell(found['povray']):>22}{ratio:>10.2f}", flush=True)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How time grows with work: tables and plots in tests/bench/scaling.
 
-    scaling.py [--runs 3] [--most 10000000] [TABLE …]
+    scaling.py [--runs 3] [--most 10000000] [--to DIRECTORY] [TABLE …]
 
 The tables are samples, pixels, processes, tile (rendered by a farm, five_balls), triangles and
 lights (by render-core, so that building and rendering are told apart). Each is a CSV file of medians,
@@ -122,9 +122,9 @@ TABLES = {
 }
 
 
-def write(name, rows):
-    RESULTS.mkdir(exist_ok=True)
-    with (RESULTS / f"{name}.csv").open("w", newline="") as file:
+def write(directory, name, rows):
+    directory.mkdir(exist_ok=True)
+    with (directory / f"{name}.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([name, "seconds of", "median", "least", "greatest"])
         for value, found in rows:
@@ -133,13 +133,14 @@ def write(name, rows):
                 writer.writerow([value, what, *(f"{t:.4g}" for t in (middle, min(times), max(times)))])
     curves = {what: [(value, statistics.median(found[what])) for value, found in rows]
               for what in rows[0][1]}
-    (RESULTS / f"{name}.svg").write_text(plot(f"seconds over {name}", curves))
+    (directory / f"{name}.svg").write_text(plot(f"seconds over {name}", curves))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--most", type=int, default=10 ** 7)
+    parser.add_argument("--to", type=pathlib.Path, default=RESULTS)
     parser.add_argument("tables", nargs="*", default=list(TABLES))
     options = parser.parse_args()
     for name in options.tables:
@@ -150,7 +151,7 @@ def main():
             print(f"{name:10}{value:10}  " + "  ".join(
                 f"{what} {statistics.median(times):.4g} s ({min(times):.4g} to {max(times):.4g})"
                 for what, times in found.items()), flush=True)
-        write(name, rows)
+        write(options.to, name, rows)
 
 
 if __name__ == "__main__":

@@ -36,8 +36,8 @@ def fixture_draw(tmp_path):
         (tmp_path / name).write_bytes(content)
         body["textures"] = {"t": {"image": f"sha256:{name}", "color_space": "linear", **texture}}
         (tmp_path / "scene.json").write_text(json.dumps(body))
-        subprocess.run([PROGRAM, tmp_path / "scene.json", tmp_path / "out.f32", "--assets", tmp_path,
-                        "--processes", "2"], check=True, timeout=120 * farm.SLOW)
+        subprocess.run([PROGRAM, tmp_path / "scene.json", tmp_path / "out.f32", "--assets",
+                        tmp_path, "--processes", "2", *farm.ISA], check=True, timeout=120 * farm.SLOW)
         head, _, floats = (tmp_path / "out.f32").read_bytes().partition(b"\n")
         x0, y0, x1, y1 = map(int, head.split())
         film = np.frombuffer(floats, np.float32).reshape(y1 - y0, x1 - x0, -1)

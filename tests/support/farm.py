@@ -29,6 +29,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PEN_BIN", ROOT / "build/release/bin"))
 # An instrumented build is slower: PEN_SLOW=10 gives every deadline ten times as long.
 SLOW = float(os.environ.get("PEN_SLOW", 1))
+# PEN_ISA=v2 has every farm render with that instruction set, unless a test asks for another.
+ISA = ["--isa", os.environ["PEN_ISA"]] if "PEN_ISA" in os.environ else []
 
 Response = collections.namedtuple("Response", "status headers body")
 
@@ -90,15 +92,19 @@ def descendants(pid):
 
 
 def processor_seconds(pids):
-    """Processor time of processes and of those that they have waited for."""
-    ticks = 0
+    """Processor time of processes' threads, and of the processes that they have waited for."""
+    seconds = 0.0
     for pid in pids:
         try:
             stat = pathlib.Path(f"/proc/{pid}/stat").read_text()
+            for thread in os.listdir(f"/proc/{pid}/task"):
+                text = pathlib.Path(f"/proc/{pid}/task/{thread}/schedstat").read_text()
+                seconds += 1e-9 * int(text.split()[0])
         except OSError:
-            continue
-        ticks += sum(int(field) for field in stat[stat.rindex(")") + 2:].split()[11:15])
-    return ticks / os.sysconf("SC_CLK_TCK")
+            continue  # gone meanwhile
+        waited_for = stat[stat.rindex(")") + 2:].split()[13:15]
+        seconds += sum(map(int, waited_for)) / os.sysconf("SC_CLK_TCK")
+    return seconds
 
 
 class Worker:
@@ -159,7 +165,7 @@ class Farm:
     def command(self):
         return [*self.prefix, str(self.binaries / "penumbra"), "serve", "--data", str(self.data),
                 "--listen", "127.0.0.1:0", "--worker-listen", "127.0.0.1:0",
-                "--processes", str(self.processes), *self.arguments]
+                "--processes", str(self.processes), *ISA, *self.arguments]
 
     def start(self):
         """Starts the coordinator, on the same data directory when it ran before."""
