@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/answer.h"
 
+#include "server/tree.h"
+
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -41,12 +43,9 @@ void pen_answer_field(struct pen_answer *answer, const char *name, const char *f
 
 static void body_of(struct pen_answer *answer, const char *content_type, json_t *tree)
 {
-	answer->text = json_dumps(tree, JSON_COMPACT | JSON_REAL_PRECISION(12));
-	json_decref(tree);
-	if (!answer->text) {
-		answer->status = 500;
+	answer->text = pen_tree_text(tree);
+	if (!answer->text)
 		return;
-	}
 	answer->content_type = content_type;
 	answer->size = strlen(answer->text);
 }
@@ -55,6 +54,8 @@ void pen_answer_json(struct pen_answer *answer, unsigned status, json_t *tree)
 {
 	pen_answer_init(answer, status);
 	body_of(answer, "application/json", tree);
+	if (!answer->text)
+		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
 }
 
 static const char *title_of(unsigned status)
@@ -111,12 +112,14 @@ void pen_answer_scene_errors(
 	for (size_t i = 0; i < errors->count; i++) {
 		const struct pen_scene_error *error = &errors->items[i];
 
-		(void)json_array_append_new(list, json_pack("{s:s+, s:s}", "pointer", prefix,
-							  error->pointer, "detail", error->detail));
+		pen_tree_append(&list, json_pack("{s:s+, s:s}", "pointer", prefix, error->pointer,
+					       "detail", error->detail));
 	}
-	(void)json_object_set_new(tree, "errors", list);
+	pen_tree_set(&tree, "errors", list);
 	pen_answer_init(answer, 400);
 	body_of(answer, PROBLEM_TYPE, tree);
+	if (!answer->text)
+		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
 }
 
 static unsigned status_of(int code)
@@ -128,6 +131,7 @@ static unsigned status_of(int code)
 	case PEN_ECONFLICT: return 409;
 	case PEN_ELIMIT:
 	case PEN_EAGAIN:
+	case PEN_ENOMEM:
 	case PEN_ECLOSED: return 503;
 	case PEN_ENOSPACE: return 507;
 	default: return 500;

@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "server/asset_file.h"
+#include "server/tree.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -148,7 +149,7 @@ static json_t *missing_of(const char *dir, json_t *names)
 			return NULL;
 		}
 		if (!pen_asset_file_touch(dir, &sha256))
-			(void)json_array_append(list, name);
+			pen_tree_append(&list, json_incref(name));
 	}
 	return list;
 }

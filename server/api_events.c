@@ -5,6 +5,7 @@
 #include "core/base/limits.h"
 #include "server/api_render.h"
 #include "server/fields.h"
+#include "server/tree.h"
 #include "server/watch.h"
 
 #include <inttypes.h>
@@ -50,11 +51,13 @@ static bool wait_on(struct events *events, struct pen_stream *stream)
 
 static void write_event(struct pen_buf *text, const char *name, json_t *data)
 {
-	char *line = json_dumps(data, JSON_COMPACT | JSON_REAL_PRECISION(12));
+	char *line = pen_tree_text(data);
 
-	json_decref(data);
 	(void)pen_buf_printf(text, "event: %s\ndata: ", name);
-	(void)pen_buf_text(text, line ? line : "null");
+	if (line)
+		(void)pen_buf_text(text, line);
+	else
+		text->failed = true;
 	(void)pen_buf_text(text, "\n");
 	free(line);
 }
@@ -73,10 +76,10 @@ static void write_tiles(struct pen_buf *text, const struct pen_job *job,
 	json_t *list = json_array();
 
 	for (size_t i = 0; i < count; i++)
-		(void)json_array_append_new(
-			list, json_pack("[I, I, I, I]", (json_int_t)rects[i].x0,
-				      (json_int_t)rects[i].y0, (json_int_t)pen_rect_width(rects[i]),
-				      (json_int_t)pen_rect_height(rects[i])));
+		pen_tree_append(&list,
+			json_pack("[I, I, I, I]", (json_int_t)rects[i].x0, (json_int_t)rects[i].y0,
+				(json_int_t)pen_rect_width(rects[i]),
+				(json_int_t)pen_rect_height(rects[i])));
 	if (count == 0) {
 		json_decref(list);
 		return;

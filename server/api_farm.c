@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "server/fields.h"
 #include "server/metrics.h"
+#include "server/tree.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -41,7 +42,7 @@ void pen_api_workers(struct pen_exchange *exchange, const struct pen_api_paramet
 
 	(void)parameters;
 	while ((worker = pen_farm_next(farm, worker ? worker->id : 0)))
-		(void)json_array_append_new(list, worker_json(worker));
+		pen_tree_append(&list, worker_json(worker));
 	pen_answer_json(&answer, 200, json_pack("{s:o}", "workers", list));
 	pen_answer_field(&answer, "Cache-Control", "no-store");
 	pen_exchange_answer(exchange, &answer);

@@ -3,6 +3,7 @@
 
 #include "server/api_image.h"
 #include "server/fields.h"
+#include "server/tree.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -31,9 +32,9 @@ static json_t *scale_factors(uint32_t side)
 	json_t *list = json_array();
 	uint32_t factor = 1;
 
-	(void)json_array_append_new(list, json_integer(1));
+	pen_tree_append(&list, json_integer(1));
 	for (; side / factor > TILE_PX; factor *= 2)
-		(void)json_array_append_new(list, json_integer(2 * (json_int_t)factor));
+		pen_tree_append(&list, json_integer(2 * (json_int_t)factor));
 	return list;
 }
 

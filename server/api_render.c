@@ -5,6 +5,7 @@
 #include "server/api_wait.h"
 #include "server/fields.h"
 #include "server/report.h"
+#include "server/tree.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -15,11 +16,6 @@ enum { PAGE_DEFAULT = 50, ETAG_TEXT = 64 };
 double pen_api_render_progress(const struct pen_job *job)
 {
 	return (double)job->samples_done / (double)pen_job_samples(job);
-}
-
-static void set(json_t *object, const char *key, json_t *value)
-{
-	(void)json_object_set_new_nocheck(object, key, value);
 }
 
 static json_t *text_or_null(const char *text)
@@ -42,17 +38,18 @@ static json_t *links_json(const struct pen_job *job)
 	json_t *links = json_object();
 	json_t *images = json_object();
 
-	set(links, "self", json_sprintf("/v1/renders/%s", job->id));
-	set(links, "image", json_sprintf("/v1/renders/%s/image", job->id));
+	pen_tree_set(&links, "self", json_sprintf("/v1/renders/%s", job->id));
+	pen_tree_set(&links, "image", json_sprintf("/v1/renders/%s/image", job->id));
 	for (unsigned i = 0; i < PEN_IMAGE_FORMATS; i++) {
 		const char *extension = pen_image_format_extension((enum pen_image_format)i);
 
-		set(images, extension, json_sprintf("/v1/renders/%s/image.%s", job->id, extension));
+		pen_tree_set(&images, extension,
+			json_sprintf("/v1/renders/%s/image.%s", job->id, extension));
 	}
-	set(links, "images", images);
-	set(links, "frames", json_sprintf("/v1/renders/%s/frames/{number}", job->id));
-	set(links, "iiif", json_sprintf("/v1/renders/%s/iiif", job->id));
-	set(links, "events", json_sprintf("/v1/renders/%s/events", job->id));
+	pen_tree_set(&links, "images", images);
+	pen_tree_set(&links, "frames", json_sprintf("/v1/renders/%s/frames/{number}", job->id));
+	pen_tree_set(&links, "iiif", json_sprintf("/v1/renders/%s/iiif", job->id));
+	pen_tree_set(&links, "events", json_sprintf("/v1/renders/%s/events", job->id));
 	return links;
 }
 
@@ -64,9 +61,9 @@ static json_t *frames_json(const struct pen_job *job)
 	json_t *list = json_array();
 
 	for (uint32_t i = 0; i < count; i++)
-		(void)json_array_append_new(
-			list, json_pack("{s:I, s:f}", "frame", (json_int_t)running[i].number,
-				      "progress", running[i].progress));
+		pen_tree_append(
+			&list, json_pack("{s:I, s:f}", "frame", (json_int_t)running[i].number,
+				       "progress", running[i].progress));
 	return json_pack("{s:I, s:I, s:I, s:I, s:o}", "first", (json_int_t)job->frame_first, "last",
 		(json_int_t)job->frame_first + job->frame_count - 1, "total",
 		(json_int_t)job->frame_count, "done", (json_int_t)job->frames_done, "running",
@@ -88,33 +85,35 @@ json_t *pen_api_render_json(const struct pen_job *job)
 	json_t *tree = json_object();
 	bool failed = job->state == PEN_JOB_FAILED;
 
-	set(tree, "id", json_string_nocheck(job->id));
-	set(tree, "name", text_or_null(job->name));
-	set(tree, "state", json_string_nocheck(pen_job_state_name(job->state)));
-	set(tree, "progress", json_real(pen_api_render_progress(job)));
-	set(tree, "priority", json_integer(job->priority));
-	set(tree, "preview", json_boolean(job->is_preview));
-	set(tree, "deadline", time_or_null(job->deadline_ms));
-	set(tree, "width", json_integer(job->width));
-	set(tree, "height", json_integer(job->height));
-	set(tree, "samples", json_integer(job->sampling.samples));
-	set(tree, "samples_done", json_integer((json_int_t)job->samples_done));
-	set(tree, "tiles_done", json_integer((json_int_t)job->tiles_done));
-	set(tree, "tiles_total",
+	pen_tree_set(&tree, "id", json_string_nocheck(job->id));
+	pen_tree_set(&tree, "name", text_or_null(job->name));
+	pen_tree_set(&tree, "state", json_string_nocheck(pen_job_state_name(job->state)));
+	pen_tree_set(&tree, "progress", json_real(pen_api_render_progress(job)));
+	pen_tree_set(&tree, "priority", json_integer(job->priority));
+	pen_tree_set(&tree, "preview", json_boolean(job->is_preview));
+	pen_tree_set(&tree, "deadline", time_or_null(job->deadline_ms));
+	pen_tree_set(&tree, "width", json_integer(job->width));
+	pen_tree_set(&tree, "height", json_integer(job->height));
+	pen_tree_set(&tree, "samples", json_integer(job->sampling.samples));
+	pen_tree_set(&tree, "samples_done", json_integer((json_int_t)job->samples_done));
+	pen_tree_set(&tree, "tiles_done", json_integer((json_int_t)job->tiles_done));
+	pen_tree_set(&tree, "tiles_total",
 		json_integer((json_int_t)job->tiling.count * (json_int_t)job->frame_count));
-	set(tree, "frames", frames_json(job));
-	set(tree, "eta_seconds", job->eta_seconds < 0 ? json_null() : json_real(job->eta_seconds));
-	set(tree, "created", time_or_null(job->created_ms));
-	set(tree, "started", time_or_null(job->started_ms));
-	set(tree, "finished", time_or_null(job->finished_ms));
-	set(tree, "seconds", json_real(seconds_of(job)));
-	set(tree, "class", text_or_null(job->equivalence_class));
-	set(tree, "content", text_or_null(job->content));
-	set(tree, "restarts", json_integer(job->restarts));
-	set(tree, "warnings", pen_report_json(job->warnings));
-	set(tree, "error", job->error.code < 0 ? json_string(job->error.text) : json_null());
-	set(tree, "errors", pen_report_json(failed ? job->errors : NULL));
-	set(tree, "links", links_json(job));
+	pen_tree_set(&tree, "frames", frames_json(job));
+	pen_tree_set(&tree, "eta_seconds",
+		job->eta_seconds < 0 ? json_null() : json_real(job->eta_seconds));
+	pen_tree_set(&tree, "created", time_or_null(job->created_ms));
+	pen_tree_set(&tree, "started", time_or_null(job->started_ms));
+	pen_tree_set(&tree, "finished", time_or_null(job->finished_ms));
+	pen_tree_set(&tree, "seconds", json_real(seconds_of(job)));
+	pen_tree_set(&tree, "class", text_or_null(job->equivalence_class));
+	pen_tree_set(&tree, "content", text_or_null(job->content));
+	pen_tree_set(&tree, "restarts", json_integer(job->restarts));
+	pen_tree_set(&tree, "warnings", pen_report_json(job->warnings));
+	pen_tree_set(
+		&tree, "error", job->error.code < 0 ? json_string(job->error.text) : json_null());
+	pen_tree_set(&tree, "errors", pen_report_json(failed ? job->errors : NULL));
+	pen_tree_set(&tree, "links", links_json(job));
 	return tree;
 }
 
@@ -321,8 +320,8 @@ void pen_api_render_list(struct pen_exchange *exchange, const struct pen_api_par
 	}
 	list = json_array();
 	job = next_of_page(jobs, &page, page.before);
-	while (job && json_array_size(list) < page.limit) {
-		(void)json_array_append_new(list, pen_api_render_json(job));
+	while (job && list && json_array_size(list) < page.limit) {
+		pen_tree_append(&list, pen_api_render_json(job));
 		last = job->number;
 		job = next_of_page(jobs, &page, last);
 	}

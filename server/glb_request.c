@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/glb_request.h"
 
+#include "server/tree.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,15 +47,15 @@ struct reading {
 	int result;
 };
 
-static void set(json_t *scene, const char *section, const char *key, json_t *value)
+/* The scene becomes NULL where memory lacks. */
+static void set(json_t **scene, const char *section, const char *key, json_t *value)
 {
-	json_t *object = json_object_get(scene, section);
+	json_t *object = json_incref(json_object_get(*scene, section));
 
-	if (!object) {
+	if (!object)
 		object = json_object();
-		(void)json_object_set_new(scene, section, object);
-	}
-	(void)json_object_set_new(object, key, value);
+	pen_tree_set(&object, key, value);
+	pen_tree_set(scene, section, object);
 }
 
 /* Exactly count finite numbers with commas between them. */
@@ -79,7 +81,7 @@ static json_t *list_of(const char *text)
 	for (;; text++) {
 		const size_t length = strcspn(text, ",");
 
-		(void)json_array_append_new(list, json_stringn(text, length));
+		pen_tree_append(&list, json_stringn(text, length));
 		text += length;
 		if (*text == '\0')
 			return list;
@@ -151,7 +153,7 @@ static void take(void *user, const char *name, const char *text)
 		take_time(reading, name, json_real_value(value));
 		json_decref(value);
 	} else {
-		set(reading->scene, parameter->section,
+		set(&reading->scene, parameter->section,
 			parameter->kind == KIND_COLOR ? "color" : name, value);
 	}
 }
@@ -175,7 +177,7 @@ int pen_glb_request_read(
 		return reading.result;
 	}
 	if (reading.has_time)
-		set(reading.scene, "camera", "shutter",
+		set(&reading.scene, "camera", "shutter",
 			json_pack("{s:f, s:f}", "open", reading.time, "close",
 				reading.time + reading.shutter));
 	*ret_envelope = reading.name ? json_pack("{s:o, s:{s:o}}", "scene", reading.scene,
@@ -195,8 +197,9 @@ int pen_glb_request_text(json_t *envelope, const struct pen_sha256 *asset, char 
 	char *text;
 
 	pen_sha256_format(asset, name);
-	(void)json_object_set_new(object, "asset", json_sprintf("sha256:%s", name));
-	text = json_dumps(envelope, JSON_COMPACT);
+	if (json_object_set_new(object, "asset", json_sprintf("sha256:%s", name)) < 0)
+		return pen_error_memory(err);
+	text = pen_tree_text(json_incref(envelope));
 	if (!text)
 		return pen_error_memory(err);
 	*ret_text = text;

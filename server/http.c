@@ -120,7 +120,8 @@ static bool answer_has(const struct pen_answer *answer, const char *name)
 	return false;
 }
 
-static void add_fields(struct MHD_Response *response, const struct pen_answer *answer)
+/* False without memory: an answer without one of them might mean something else. */
+static bool add_fields(struct MHD_Response *response, const struct pen_answer *answer)
 {
 	static const char *const always[][2] = {
 		{"X-Content-Type-Options", "nosniff"},
@@ -129,15 +130,22 @@ static void add_fields(struct MHD_Response *response, const struct pen_answer *a
 		{"Cross-Origin-Resource-Policy", "same-origin"},
 	};
 
+	bool good = true;
+
 	for (size_t i = 0; i < sizeof always / sizeof always[0]; i++)
 		if (!answer_has(answer, always[i][0]))
-			(void)MHD_add_response_header(response, always[i][0], always[i][1]);
+			good = MHD_add_response_header(response, always[i][0], always[i][1]) ==
+				       MHD_YES &&
+			       good;
 	if (answer->content_type)
-		(void)MHD_add_response_header(
-			response, MHD_HTTP_HEADER_CONTENT_TYPE, answer->content_type);
+		good = MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE,
+			       answer->content_type) == MHD_YES &&
+		       good;
 	for (size_t i = 0; i < answer->field_count; i++)
-		(void)MHD_add_response_header(
-			response, answer->fields[i].name, answer->fields[i].value);
+		good = MHD_add_response_header(response, answer->fields[i].name,
+			       answer->fields[i].value) == MHD_YES &&
+		       good;
+	return good;
 }
 
 /* Takes the answer's body. NULL without memory. */
@@ -157,8 +165,10 @@ static struct MHD_Response *response_of(struct pen_answer *answer)
 	}
 	answer->fd = -1;
 	answer->text = NULL;
-	add_fields(response, answer);
-	return response;
+	if (add_fields(response, answer))
+		return response;
+	MHD_destroy_response(response);
+	return NULL;
 }
 
 static void timer_due(uv_timer_t *timer);
@@ -176,6 +186,10 @@ void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answe
 
 	assert(request_awaited(request));
 	request->response = response_of(answer);
+	if (!request->response) {
+		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
+		request->response = response_of(answer);
+	}
 	request->status = answer->status;
 	if (!request->connection) {
 		request_destroy(request);
@@ -197,8 +211,10 @@ void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer 
 	request->response =
 		pen_stream_response(source, request->connection, look_again, request->http);
 	request->status = answer->status;
-	if (request->response)
-		add_fields(request->response, answer);
+	if (request->response && !add_fields(request->response, answer)) {
+		MHD_destroy_response(request->response);
+		request->response = NULL;
+	}
 }
 
 void pen_exchange_problem(struct pen_exchange *exchange, unsigned status, const char *detail)

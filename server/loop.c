@@ -273,7 +273,11 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 
 	if (r < 0)
 		return r;
-	(void)uv_loop_init(&server.loop);
+	r = uv_loop_init(&server.loop);
+	if (r < 0) {
+		pen_data_dir_close(&server.data);
+		return pen_error_set(err, PEN_EIO, "no event loop: %s", uv_strerror(r));
+	}
 	allow_descriptors();
 	pen_supervisor_init(&server.supervisor, &server.loop);
 	start_signals(&server);

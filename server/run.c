@@ -173,7 +173,7 @@ void pen_change_finish(struct pen_change *change, struct pen_job *job, const str
 	if (change->fn)
 		change->fn(change->user, err->code == 0 ? job : NULL, err);
 	free(change);
-	if (err->code == 0 || err->code == PEN_ENOSPACE || jobs->broken)
+	if (err->code == 0 || err->code == PEN_ENOSPACE || err->code == PEN_ENOMEM || jobs->broken)
 		return;
 	jobs->broken = true;
 	jobs->options.broken(jobs->options.user, err);

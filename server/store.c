@@ -144,11 +144,13 @@ static void request_destroy(struct request *request)
 static int database_error(const struct pen_store *store, struct pen_error *err)
 {
 	/* The index of the log could not grow: nothing is amiss with what is written. */
-	bool is_full = sqlite3_errcode(store->db) == SQLITE_FULL ||
-		       (sqlite3_extended_errcode(store->db) == SQLITE_IOERR_SHMSIZE &&
-			       sqlite3_system_errno(store->db) == ENOSPC);
+	const int wrong = sqlite3_extended_errcode(store->db);
+	bool is_full = (wrong & 0xff) == SQLITE_FULL ||
+		       (wrong == SQLITE_IOERR_SHMSIZE && sqlite3_system_errno(store->db) == ENOSPC);
 	int code = is_full ? PEN_ENOSPACE : PEN_EIO;
 
+	if ((wrong & 0xff) == SQLITE_NOMEM || wrong == SQLITE_IOERR_NOMEM)
+		code = PEN_ENOMEM;
 	return pen_error_set(err, code, "database: %s", sqlite3_errmsg(store->db));
 }
 
@@ -283,7 +285,7 @@ static void handle_batch(struct pen_store *store, struct request *batch)
 		err.code = 0;
 		(void)commit_batch(store, batch, &err);
 	}
-	if (err.code != 0 && err.code != PEN_ENOSPACE)
+	if (err.code != 0 && err.code != PEN_ENOSPACE && err.code != PEN_ENOMEM)
 		store->broken = err;
 	for (struct request *request = batch; request; request = request->next)
 		request->err = err;

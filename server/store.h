@@ -18,8 +18,8 @@
  *
  * Nothing of a preview is stored: what is requested of one is answered from the loop all the same.
  *
- * When the disk is full (PEN_ENOSPACE) later requests may succeed; after any other failure of the
- * database all do fail.
+ * When the disk is full (PEN_ENOSPACE) or memory lacks (PEN_ENOMEM) later requests may succeed;
+ * after any other failure of the database all do fail.
  */
 struct pen_store;
 

@@ -33,10 +33,13 @@ uint64_t pen_upkeep_bytes(const struct pen_job *job)
 	return frames * frame_bytes(job);
 }
 
-static bool waits_for_disk(const struct pen_run *run)
+/* For room, on the disk or in memory. */
+static bool waits(const struct pen_run *run)
 {
-	return run->job.state == PEN_JOB_PAUSED && run->job.error.code == PEN_ENOSPACE &&
-	       !run->ending;
+	const int code = run->job.error.code;
+
+	return run->job.state == PEN_JOB_PAUSED && !run->ending &&
+	       (code == PEN_ENOSPACE || code == PEN_ENOMEM);
 }
 
 static struct pen_run *find_waiting(const struct pen_jobs *jobs)
@@ -44,7 +47,7 @@ static struct pen_run *find_waiting(const struct pen_jobs *jobs)
 	struct pen_run *run;
 
 	TAILQ_FOREACH (run, &jobs->unfinished, unfinished)
-		if (waits_for_disk(run))
+		if (waits(run))
 			return run;
 	return NULL;
 }
@@ -58,7 +61,7 @@ static void resume_one(struct pen_jobs *jobs)
 	if (!run || pen_disk_check_path(jobs->options.data_dir, PEN_DISK_ACCEPT,
 			    2 * frame_bytes(&run->job), NULL) < 0)
 		return;
-	pen_log(PEN_LOG_INFO, "render %s goes on: there is room on the disk", run->job.id);
+	pen_log(PEN_LOG_INFO, "render %s goes on: there is room", run->job.id);
 	if (pen_jobs_set_state(jobs, &run->job, PEN_JOB_RUNNING, NULL, NULL, &err) < 0)
 		pen_log(PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
 }

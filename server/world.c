@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "core/scene/canonical.h"
+#include "server/tree.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -15,13 +16,13 @@ static json_t *without_view(const json_t *tree, const json_t *camera)
 
 	json_object_foreach ((json_t *)(uintptr_t)tree, key, value) {
 		if (strcmp(key, "image") != 0 && strcmp(key, "sampling") != 0)
-			(void)json_object_set_nocheck(world, key, value);
+			pen_tree_set(&world, key, json_incref(value));
 	}
 	value = json_object_get(camera, "shutter");
 	if (value)
-		(void)json_object_set_nocheck(world, "camera", value);
+		pen_tree_set(&world, "camera", json_incref(value));
 	else
-		(void)json_object_set_new_nocheck(world, "camera", json_null());
+		pen_tree_set(&world, "camera", json_null());
 	return world;
 }
 

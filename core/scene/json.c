@@ -322,11 +322,14 @@ int pen_json_parse(const char *text, size_t size, json_t **ret_tree, struct pen_
 	if (scan.long_integers)
 		flags |= JSON_DECODE_INT_AS_REAL;
 	tree = json_loadb(text, size, flags, &error);
+	/* Where memory lacked for a moment jansson may say that the text is not JSON. */
+	if (!tree && json_error_code(&error) == json_error_invalid_syntax)
+		tree = json_loadb(text, size, flags, &error);
 	if (tree) {
 		*ret_tree = tree;
 		return 0;
 	}
-	if (json_error_code(&error) == json_error_out_of_memory)
+	if (json_error_code(&error) == json_error_out_of_memory || error.text[0] == '\0')
 		return pen_error_memory(err);
 	return refuse(text, (size_t)error.position,
 		json_error_code(&error) == json_error_duplicate_key ? "duplicate key"
