@@ -12,7 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000, SPARE_MS = 100, TOLD_MAX = 8 };
+enum { BACKOFF_MIN_MS = 100, BACKOFF_MAX_MS = 5000, LATER_MS = 100, TOLD_MAX = 8 };
 
 enum entry_state {
 	ENTRY_FREE,
@@ -51,6 +51,8 @@ struct pen_cache {
 	const struct pen_cache_events *events;
 	void *user;
 	struct pen_assets *assets;
+	struct pen_host *leaving; /* of a scene that has made room; NULL: none */
+	int64_t leave_ms;
 	struct pen_host *spare;
 	int64_t spare_retry_ms;
 	uint32_t spare_failures;
@@ -308,7 +310,22 @@ static void load(struct pen_cache *cache, struct entry *entry)
 	entry->assets_given = 0;
 	entry->since_ms = pen_clock_ms();
 	cache->spare = NULL;
-	cache->spare_retry_ms = pen_clock_ms() + SPARE_MS;
+	cache->spare_retry_ms = pen_clock_ms() + LATER_MS;
+}
+
+/*
+ * Ends the processes of a scene that makes room, in a while: unmapping them takes the cores that
+ * the next scene needs now.
+ */
+static void let_leave(struct pen_cache *cache, struct entry *entry)
+{
+	if (entry->host) {
+		pen_host_destroy(cache->leaving);
+		cache->leaving = entry->host;
+		cache->leave_ms = pen_clock_ms() + LATER_MS;
+		entry->host = NULL;
+	}
+	clear(entry);
 }
 
 static struct entry *make_room(struct pen_cache *cache)
@@ -325,7 +342,7 @@ static struct entry *make_room(struct pen_cache *cache)
 			oldest = entry;
 	}
 	if (oldest)
-		clear(oldest);
+		let_leave(cache, oldest);
 	return oldest;
 }
 
@@ -518,6 +535,10 @@ void pen_cache_tick(struct pen_cache *cache, int64_t now_ms)
 		cache->spare_retry_ms = now_ms + backoff_ms(cache->spare_failures);
 		pen_log(PEN_LOG_WARNING, "no spare scene process: %s", err.text);
 	}
+	if (cache->leaving && cache->leave_ms <= now_ms) {
+		pen_host_destroy(cache->leaving);
+		cache->leaving = NULL;
+	}
 	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
 		tick_entry(cache, &cache->entries[i], now_ms);
 }
@@ -555,6 +576,7 @@ void pen_cache_destroy(struct pen_cache *cache)
 		return;
 	for (size_t i = 0; i < PEN_SCENES_CACHED_MAX; i++)
 		clear(&cache->entries[i]);
+	pen_host_destroy(cache->leaving);
 	pen_host_destroy(cache->spare);
 	pen_assets_destroy(cache->assets);
 	free(cache);
