@@ -21,21 +21,29 @@
 
 enum { PATIENCE_MS = 20000, TILE_PX = 16, SEEDS_MAX = 64 };
 
-/* COORDINATOR_SEED_BROKEN: a scene with members that are none, in two places. */
+enum { TEXT_MAX = 192 };
+
+/*
+ * COORDINATOR_SEED_BROKEN: a scene with members that are none, in two places;
+ * COORDINATOR_SEED_FRAMES: an animation.
+ */
 static void scene_text(uint32_t seed, char *ret_text, size_t size)
 {
 	const char *extra = seed == COORDINATOR_SEED_BROKEN ? ",\"x\":1" : "";
+	const char *frames = seed == COORDINATOR_SEED_FRAMES
+				     ? "\"frames\":{\"first\":1,\"fps\":24,\"last\":12},"
+				     : "";
 
 	(void)snprintf(ret_text, size,
-		"{\"image\":{\"height\":16,\"width\":128%s},\"sampling\":{\"seed\":%u%s},"
+		"{%s\"image\":{\"height\":16,\"width\":128%s},\"sampling\":{\"seed\":%u%s},"
 		"\"version\":1}",
-		extra, seed, extra);
+		frames, extra, seed, extra);
 }
 
 static struct pen_sha256 scene_name(uint32_t seed)
 {
 	struct pen_sha256 sha256;
-	char text[128];
+	char text[TEXT_MAX];
 
 	scene_text(seed, text, sizeof text);
 	assert_int_equal(pen_sha256_of(text, strlen(text), &sha256, NULL), 0);
@@ -62,7 +70,7 @@ void coordinator_init(struct coordinator *c, const char *processes)
 {
 	char address[32];
 
-	*c = (struct coordinator){.fd = -1};
+	*c = (struct coordinator){.fd = -1, .frame = 1};
 	pen_frame_reader_init(&c->reader);
 	pen_arena_init(&c->arena, 1 << 20);
 	listen_anywhere(c);
@@ -137,7 +145,7 @@ static void serve_scene(struct coordinator *c)
 {
 	struct pen_sha256 wanted = c->msg.u.scene_get.sha256;
 	struct pen_msg msg = {.type = PEN_FRAME_SCENE_DATA, .u.scene_data.sha256 = wanted};
-	char text[128];
+	char text[TEXT_MAX];
 
 	for (uint32_t seed = 0; seed < SEEDS_MAX + 666100; seed++) {
 		struct pen_sha256 name;
@@ -247,7 +255,7 @@ void coordinator_lease(struct coordinator *c, uint64_t lease, uint32_t seed, uin
 						    .job = 7,
 						    .epoch = 1,
 						    .tile = (uint32_t)(lease % 8),
-						    .frame = 1,
+						    .frame = c->frame,
 						    .rect = tile_of(lease),
 						    .sample_first = 1,
 						    .sample_end = 16,

@@ -22,10 +22,11 @@ struct coordinator {
 	struct pen_msg msg;	  /* received last */
 	uint32_t scenes_served;	  /* number of SCENE_GETs answered */
 	bool missing;		  /* answer SCENE_GET with "missing" */
+	uint32_t frame;		  /* of leases; 1 at first */
 	uint64_t heartbeat_lease; /* the first one of the last heartbeat; 0 = none */
 };
 
-enum { COORDINATOR_SEED_BROKEN = 666050 };
+enum { COORDINATOR_SEED_BROKEN = 666050, COORDINATOR_SEED_FRAMES };
 
 /* Starts worker-fake with processes render processes, and awaits its Hello. */
 void coordinator_init(struct coordinator *c, const char *processes);

@@ -240,6 +240,38 @@ static void test_damage(void **state)
 	coordinator_finish(&c);
 }
 
+/*
+ * Fails when a frame of an animation costs a process, or its scene is loaded or fetched anew:
+ * fake_render.c has four frames ready at a time.
+ */
+static void test_animation(void **state)
+{
+	enum { FRAMES = 12, READY = 4 };
+	struct coordinator c;
+	pid_t pids[FRAMES] = {0}, scene = 0;
+
+	(void)state;
+	coordinator_init(&c, "1");
+	for (uint32_t i = 0; i < FRAMES; i++) {
+		c.frame = i + 1;
+		coordinator_lease(&c, i + 1, COORDINATOR_SEED_FRAMES, DEADLINE_MS);
+		coordinator_expect_result(&c, i + 1, COORDINATOR_SEED_FRAMES);
+		coordinator_await_processes(&c, "pen-render", 1);
+		assert_int_equal(coordinator_processes(&c, "pen-render", &pids[i], 1), 1);
+		if (i == 0)
+			scene = coordinator_parent(pids[i]);
+		assert_int_equal(coordinator_parent(pids[i]), scene);
+	}
+	for (uint32_t i = 1; i < FRAMES; i++) {
+		if (i % READY == 0)
+			assert_int_not_equal(pids[i], pids[i - 1]);
+		else
+			assert_int_equal(pids[i], pids[i - 1]);
+	}
+	assert_int_equal(c.scenes_served, 1);
+	coordinator_finish(&c);
+}
+
 static void send_revoke(struct coordinator *c, uint64_t lease)
 {
 	coordinator_send(c, &(struct pen_msg){.type = PEN_FRAME_REVOKE, .u.revoke = {lease}});
@@ -430,6 +462,7 @@ int main(void)
 		cmocka_unit_test(test_deadline),
 		cmocka_unit_test(test_bad_scenes),
 		cmocka_unit_test(test_damage),
+		cmocka_unit_test(test_animation),
 		cmocka_unit_test(test_report),
 		cmocka_unit_test(test_revoke),
 		cmocka_unit_test(test_reconnect),
