@@ -69,7 +69,6 @@ static int read_sha256(
 static int read_hello(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
 {
 	const Pen__Wire__Hello *hello = &wire->hello;
-	struct pen_sha256 key;
 	int r;
 
 	r = check_text(hello->name, PEN_NAME_MAX, "the worker's name", err);
@@ -83,9 +82,6 @@ static int read_hello(const union wire *wire, struct pen_msg *msg, struct pen_er
 		return r;
 	if (hello->name[0] == '\0' || hello->equivalence_class[0] == '\0')
 		return pen_error_set(err, PEN_EPROTOCOL, "a worker without name or class");
-	if (hello->key[0] != '\0' &&
-		(strlen(hello->key) != PEN_SHA256_TEXT - 1 || !pen_sha256_parse(hello->key, &key)))
-		return pen_error_set(err, PEN_EPROTOCOL, "the key is not 64 hex digits");
 	msg->u.hello = (struct pen_msg_hello){
 		.protocol = hello->protocol,
 		.name = hello->name,
@@ -93,7 +89,6 @@ static int read_hello(const union wire *wire, struct pen_msg *msg, struct pen_er
 		.equivalence_class = hello->equivalence_class,
 		.version = hello->version,
 		.pid = hello->pid,
-		.key = hello->key,
 	};
 	return 0;
 }
@@ -393,7 +388,6 @@ static void write_hello(const struct pen_msg *msg, union wire *wire)
 	wire->hello.equivalence_class = text_of(hello->equivalence_class);
 	wire->hello.version = text_of(hello->version);
 	wire->hello.pid = hello->pid;
-	wire->hello.key = text_of(hello->key);
 }
 
 static void write_welcome(const struct pen_msg *msg, union wire *wire)

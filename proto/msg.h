@@ -27,7 +27,6 @@ struct pen_msg_hello {
 	const char *equivalence_class;
 	const char *version;
 	uint32_t pid;
-	const char *key;
 };
 
 struct pen_msg_welcome {

@@ -5,6 +5,7 @@
 #include "server/data_dir.h"
 #include "server/key_file.h"
 #include "server/token.h"
+#include "server/worker_key.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -31,6 +32,21 @@ static const char token_usage[] =
 	"  --help         print this\n"
 	"\n"
 	"The secret is told this once: what is kept is its hash.\n";
+
+static const char worker_usage[] =
+	"usage: penumbra worker add NAME [--output FILE]\n"
+	"       penumbra worker list\n"
+	"       penumbra worker remove NAME\n"
+	"Say which workers of other machines may join a coordinator. Once there is a key,\n"
+	"every worker needs one, each its own; a coordinator that runs sees the change\n"
+	"within a second, and lets go of a worker whose key is gone.\n"
+	"\n"
+	"  --output FILE       write the key there, for its owner alone, instead of printing it\n"
+	"  --data DIR          as of `penumbra serve`\n"
+	"  --worker-keys FILE  as of `penumbra serve`\n"
+	"  --help              print this\n"
+	"\n"
+	"The worker takes the key as --key-file.\n";
 
 struct request {
 	const char *verb, *name;    /* NULL: not given */
@@ -82,12 +98,15 @@ static int find_file(struct request *request, const char *usual, struct pen_erro
 	return r;
 }
 
-/* CODE_OK when there is something to do; help has been printed else. */
-static int parse(int argc, char **argv, const char *help, struct request *request)
+static bool is_verb(const char *verb)
 {
-	static const struct option options[] = {{"data", required_argument, NULL, 'd'},
-		{"scope", required_argument, NULL, 's'}, {"output", required_argument, NULL, 'o'},
-		{"tokens", required_argument, NULL, 'f'}, {"help", no_argument, NULL, 'h'}, {0}};
+	return strcmp(verb, "add") == 0 || strcmp(verb, "list") == 0 || strcmp(verb, "remove") == 0;
+}
+
+/* CODE_OK when there is something to do; help has been printed else. */
+static int parse(int argc, char **argv, const struct option *options, const char *help,
+	struct request *request)
+{
 	struct pen_error err;
 	int option;
 
@@ -105,6 +124,8 @@ static int parse(int argc, char **argv, const char *help, struct request *reques
 	request->name = argc - optind == 2 ? argv[optind + 1] : NULL;
 	if ((strcmp(request->verb, "list") == 0) != (request->name == NULL))
 		return complain(argv[0], "add and remove take a name, list takes none");
+	if (!is_verb(request->verb))
+		return complain(argv[0], "this takes add, list or remove");
 	return CODE_OK;
 }
 
@@ -114,13 +135,13 @@ static int tell_secret(const struct request *request, const char *secret, struct
 	int fd, r = 0;
 
 	if (!request->output) {
-		(void)printf("%s\n", secret);
+		(void)printf("%.*s\n", (int)strcspn(secret, "\n"), secret);
 		return 0;
 	}
 	fd = open(request->output, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
 	if (fd < 0)
 		return pen_error_system(err, errno, "cannot make %s", request->output);
-	if (dprintf(fd, "%s\n", secret) < 0)
+	if (dprintf(fd, "%.*s\n", (int)strcspn(secret, "\n"), secret) < 0)
 		r = pen_error_system(err, errno, "cannot write %s", request->output);
 	(void)close(fd);
 	return r;
@@ -182,23 +203,89 @@ static int change_tokens(const struct request *request, struct pen_error *err)
 	return r;
 }
 
-static bool is_verb(const char *verb)
+static int add_worker(
+	struct pen_worker_keys *keys, const struct request *request, struct pen_error *err)
 {
-	return strcmp(verb, "add") == 0 || strcmp(verb, "list") == 0 || strcmp(verb, "remove") == 0;
+	const struct pen_worker_key *key = NULL;
+	char text[PEN_WORKER_KEY_TEXT];
+	int r = pen_worker_keys_add(keys, request->name, &key, err);
+
+	if (r == 0)
+		r = pen_worker_keys_save(keys, request->file, err);
+	if (r < 0)
+		return r;
+	pen_worker_key_format(key->name, key->bits, text);
+	r = tell_secret(request, text, err);
+	explicit_bzero(text, sizeof text);
+	return r;
+}
+
+static int remove_worker(
+	struct pen_worker_keys *keys, const struct request *request, struct pen_error *err)
+{
+	int r = pen_worker_keys_remove(keys, request->name, err);
+
+	return r == 0 ? pen_worker_keys_save(keys, request->file, err) : r;
+}
+
+static int list_workers(const struct pen_worker_keys *keys)
+{
+	for (size_t i = 0; i < keys->count; i++)
+		(void)printf("%s\n", keys->list[i].name);
+	return 0;
+}
+
+static int change_workers(const struct request *request, struct pen_error *err)
+{
+	struct pen_worker_keys keys = {0};
+	int lock = -1;
+	int r = pen_key_file_lock(request->file, &lock, err);
+
+	if (r < 0)
+		return r;
+	r = pen_worker_keys_load(&keys, request->file, err);
+	if (r == 0 && strcmp(request->verb, "add") == 0)
+		r = add_worker(&keys, request, err);
+	else if (r == 0 && strcmp(request->verb, "remove") == 0)
+		r = remove_worker(&keys, request, err);
+	else if (r == 0)
+		r = list_workers(&keys);
+	(void)close(lock);
+	pen_worker_keys_finish(&keys);
+	return r;
+}
+
+static int run(struct request *request, const char *usual_file,
+	int (*change)(const struct request *request, struct pen_error *err))
+{
+	struct pen_error err = PEN_ERROR_INIT;
+
+	(void)umask(077);
+	if (find_file(request, usual_file, &err) < 0 || change(request, &err) < 0)
+		return fail(&err);
+	return CODE_OK;
 }
 
 int pen_access_token(int argc, char **argv)
 {
+	static const struct option options[] = {{"data", required_argument, NULL, 'd'},
+		{"scope", required_argument, NULL, 's'}, {"output", required_argument, NULL, 'o'},
+		{"tokens", required_argument, NULL, 'f'}, {"help", no_argument, NULL, 'h'}, {0}};
 	struct request request = {0};
-	struct pen_error err = PEN_ERROR_INIT;
-	int code = parse(argc, argv, token_usage, &request);
+	int code = parse(argc, argv, options, token_usage, &request);
 
-	if (code != CODE_OK || request.help)
-		return code;
-	if (!is_verb(request.verb))
-		return complain(argv[0], "token takes add, list or remove");
-	(void)umask(077);
-	if (find_file(&request, "tokens", &err) < 0 || change_tokens(&request, &err) < 0)
-		return fail(&err);
-	return CODE_OK;
+	return code == CODE_OK && !request.help ? run(&request, "tokens", change_tokens) : code;
+}
+
+int pen_access_worker(int argc, char **argv)
+{
+	static const struct option options[] = {{"data", required_argument, NULL, 'd'},
+		{"output", required_argument, NULL, 'o'},
+		{"worker-keys", required_argument, NULL, 'f'}, {"help", no_argument, NULL, 'h'},
+		{0}};
+	struct request request = {0};
+	int code = parse(argc, argv, options, worker_usage, &request);
+
+	return code == CODE_OK && !request.help ? run(&request, "worker-keys", change_workers)
+						: code;
 }

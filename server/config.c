@@ -28,6 +28,8 @@ const char pen_config_usage[] =
 	"  --keep-renders HOURS       renders that are over (0: for ever)\n"
 	"  --keep-frames MIB          what frames may take on the disk (0: any)\n"
 	"  --tokens FILE              who may use HTTP (DIR/tokens); see penumbra token\n"
+	"  --worker-keys FILE         which workers may come (DIR/worker-keys); see penumbra "
+	"worker\n"
 	"  --tls-cert FILE            certificate of HTTP, with those it goes back to (none: no "
 	"TLS)\n"
 	"  --tls-key FILE             its key; see penumbra cert\n"
@@ -37,7 +39,7 @@ const char pen_config_usage[] =
 	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
 	"  --help                     print this\n"
 	"\n"
-	"Off loopback, HTTP needs TLS and tokens; workers connect by loopback only. Both\n"
+	"Off loopback, HTTP needs TLS and tokens, and workers need keys. Both\n"
 	"addresses are printed when the coordinator is ready, and written to DIR/ports.\n";
 
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
@@ -174,6 +176,7 @@ enum {
 	KEEP_RENDERS,
 	KEEP_FRAMES,
 	TOKENS,
+	WORKER_KEYS,
 	TLS_CERT,
 	TLS_KEY,
 	LOG_LEVEL,
@@ -193,6 +196,7 @@ static const struct option options[] = {
 	{"keep-renders", required_argument, NULL, KEEP_RENDERS},
 	{"keep-frames", required_argument, NULL, KEEP_FRAMES},
 	{"tokens", required_argument, NULL, TOKENS},
+	{"worker-keys", required_argument, NULL, WORKER_KEYS},
 	{"tls-cert", required_argument, NULL, TLS_CERT},
 	{"tls-key", required_argument, NULL, TLS_KEY},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
@@ -227,13 +231,7 @@ static int parse_option(
 	switch (option) {
 	case LISTEN: return parse_address("listen", value, &config->listen, err);
 	case WORKER_LISTEN:
-		if (parse_address("worker-listen", value, &config->worker_listen, err) < 0)
-			return PEN_EINVALID;
-		if (pen_config_is_loopback(&config->worker_listen))
-			return 0;
-		return pen_error_set(err, PEN_EINVALID,
-			"--worker-listen takes a loopback address only (127.0.0.1 or [::1]): this "
-			"version has no keys yet to protect an open port");
+		return parse_address("worker-listen", value, &config->worker_listen, err);
 	case DATA: return pen_config_parse_data(value, config->data_dir, err);
 	case PROCESSES:
 		if (parse_number(value, PEN_PROCESSES_MAX, &config->processes) < 0)
@@ -252,6 +250,7 @@ static int parse_option(
 		config->keep_bytes = (uint64_t)number << 20;
 		return 0;
 	case TOKENS: return parse_path("tokens", value, config->tokens, err);
+	case WORKER_KEYS: return parse_path("worker-keys", value, config->worker_keys, err);
 	case TLS_CERT: return parse_path("tls-cert", value, config->tls_cert, err);
 	case TLS_KEY: return parse_path("tls-key", value, config->tls_key, err);
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
@@ -383,6 +382,9 @@ int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struc
 	if (r == 0 && config.tokens[0] == '\0')
 		(void)snprintf(
 			config.tokens, PATH_MAX, "%.*s/tokens", PATH_MAX - 128, config.data_dir);
+	if (r == 0 && config.worker_keys[0] == '\0')
+		(void)snprintf(config.worker_keys, PATH_MAX, "%.*s/worker-keys", PATH_MAX - 128,
+			config.data_dir);
 	if (r == 0)
 		*ret_config = config;
 	return r;

@@ -15,8 +15,9 @@
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
 	char data_dir[PATH_MAX];
-	uint32_t processes; /* of the local worker; 0: none is started */
-	const char *isa;    /* of the local worker, a constant; NULL: its best */
+	uint32_t processes;	    /* of the local worker; 0: none is started */
+	const char *isa;	    /* of the local worker, a constant; NULL: its best */
+	char worker_keys[PATH_MAX]; /* file of them */
 	char tls_cert[PATH_MAX], tls_key[PATH_MAX]; /* "": no TLS */
 	char tokens[PATH_MAX];			    /* file of them */
 	uint32_t tile_px;			    /* 0: chosen for each image */

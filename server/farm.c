@@ -10,13 +10,11 @@
 #include "server/scene_file.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 
-enum { BACKLOG = 64, TICK_MS = 500, PROTOCOL = 1 };
+enum { BACKLOG = 64, TICK_MS = 500, PROTOCOL = 1, STRANGER_MS = 60000 };
 
 /* Of the old rate in the rate that is shown, for each tick. */
 #define RATE_MEMORY 0.8
@@ -27,6 +25,7 @@ struct worker {
 	struct pen_link *link;
 	struct pen_worker shown; /* id 0 until its hello is accepted */
 	int64_t opened_ms, heard_ms;
+	uint8_t key[PEN_SECURE_KEY]; /* that it was asked to have */
 	uint64_t samples_at_tick;
 };
 
@@ -37,8 +36,9 @@ struct pen_farm {
 	bool closing;
 	struct pen_dispatch *dispatch;
 	const char *scenes_dir, *assets_dir;
-	char key[PEN_FARM_KEY_TEXT]; /* "": none is expected */
-	struct worker *workers;	     /* in order of connecting */
+	struct pen_muster *muster;
+	int64_t stranger_ms;	/* when one was logged last */
+	struct worker *workers; /* in order of connecting */
 	uint32_t count;
 	uint64_t id_last;
 	struct pen_farm_totals totals;
@@ -65,30 +65,32 @@ static void refuse(struct worker *worker, const char *reason)
 	pen_link_finish(worker->link);
 }
 
-/* In time that does not depend on where they differ. */
-static bool keys_equal(const char *a, const char *b)
+static bool is_local(const struct worker *worker)
 {
-	unsigned char difference = 0;
+	return strcmp(pen_link_name(worker->link), PEN_MUSTER_LOCAL) == 0;
+}
 
-	if (strlen(a) != PEN_FARM_KEY_TEXT - 1 || strlen(b) != PEN_FARM_KEY_TEXT - 1)
-		return false;
-	for (size_t i = 0; i < PEN_FARM_KEY_TEXT - 1; i++)
-		difference |= (unsigned char)(a[i] ^ b[i]);
-	return difference == 0;
+static uint32_t count_welcomed(const struct pen_farm *farm)
+{
+	uint32_t count = 0;
+
+	for (const struct worker *worker = farm->workers; worker; worker = worker->next)
+		count += worker->shown.id != 0;
+	return count;
 }
 
 /* Why the worker cannot be taken, for its log; NULL when it can. */
-static const char *find_objection(struct pen_farm *farm, const struct pen_msg_hello *hello)
+static const char *find_objection(const struct worker *worker, const struct pen_msg_hello *hello)
 {
 	if (hello->protocol != PROTOCOL)
 		return "this coordinator speaks version 1 of the tile protocol: install the same "
 		       "version of Penumbra on both sides";
-	if (hello->key[0] != '\0' && !keys_equal(hello->key, farm->key))
-		return "the key is not the one this coordinator has issued";
 	if (strlen(hello->equivalence_class) > PEN_CLASS_BYTES_MAX)
 		return "the equivalence class is too long";
-	if (farm->count > PEN_WORKERS_MAX)
+	if (count_welcomed(worker->farm) >= PEN_WORKERS_MAX)
 		return "the farm is full: raise the number of processes of the workers instead";
+	if (is_local(worker) && !pen_muster_use_issued(worker->farm->muster))
+		return "the key has been used already";
 	return NULL;
 }
 
@@ -105,10 +107,25 @@ static bool fill_shown(struct worker *worker, const struct pen_msg_hello *hello)
 	return shown->name && shown->address && shown->equivalence_class && shown->version;
 }
 
+/* One key is one worker: whoever had it before has lost its connection, or shares what is not his.
+ */
+static void replace_twin(const struct worker *worker)
+{
+	const char *name = pen_link_name(worker->link);
+
+	for (struct worker *other = worker->farm->workers; other; other = other->next)
+		if (other != worker && other->shown.id != 0 && name[0] != '\0' &&
+			!is_local(worker) && strcmp(pen_link_name(other->link), name) == 0) {
+			pen_log(PEN_LOG_WARNING, "worker %llu gives way to another with the key %s",
+				(unsigned long long)other->shown.id, name);
+			pen_link_close(other->link);
+		}
+}
+
 static void handle_hello(struct worker *worker, const struct pen_msg_hello *hello)
 {
 	struct pen_farm *farm = worker->farm;
-	const char *objection = find_objection(farm, hello);
+	const char *objection = find_objection(worker, hello);
 	struct pen_msg welcome = {.type = PEN_FRAME_WELCOME};
 	struct pen_sched_worker added;
 
@@ -118,8 +135,7 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 		refuse(worker, objection);
 		return;
 	}
-	if (hello->key[0] != '\0')
-		farm->key[0] = '\0';
+	replace_twin(worker);
 	worker->shown.id = ++farm->id_last;
 	welcome.u.welcome = (struct pen_msg_welcome){worker->shown.id, PEN_HEARTBEAT_MS};
 	pen_link_send(worker->link, &welcome);
@@ -127,7 +143,7 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 		(unsigned long long)worker->shown.id, worker->shown.name, worker->shown.address,
 		worker->shown.processes, worker->shown.equivalence_class);
 	added = (struct pen_sched_worker){worker->shown.id, worker->shown.processes,
-		worker->shown.equivalence_class, hello->key[0] != '\0'};
+		worker->shown.equivalence_class, is_local(worker)};
 	if (pen_dispatch_add_worker(farm->dispatch, &added, NULL) < 0)
 		pen_link_close(worker->link);
 }
@@ -242,6 +258,19 @@ static void worker_free(struct worker *worker)
 	free(worker);
 }
 
+/* Once a minute is enough for who only knocks. */
+static void note_stranger(struct worker *worker, const char *reason)
+{
+	struct pen_farm *farm = worker->farm;
+	int64_t now_ms = pen_clock_ms();
+
+	if (!pen_muster_is_closed(farm->muster) || reason[0] == '\0' ||
+		(farm->stranger_ms != 0 && now_ms - farm->stranger_ms < STRANGER_MS))
+		return;
+	farm->stranger_ms = now_ms;
+	pen_log(PEN_LOG_WARNING, "no worker at %s: %s", pen_link_address(worker->link), reason);
+}
+
 static void handle_closed(void *user, const char *reason)
 {
 	struct worker *worker = user;
@@ -252,6 +281,8 @@ static void handle_closed(void *user, const char *reason)
 		place = &(*place)->next;
 	*place = worker->next;
 	farm->count--;
+	if (worker->shown.id == 0 && !farm->closing)
+		note_stranger(worker, reason);
 	if (worker->shown.id != 0 && !farm->closing) {
 		pen_log(worker->shown.draining ? PEN_LOG_INFO : PEN_LOG_WARNING,
 			"worker %llu (%s) is gone: %s", (unsigned long long)worker->shown.id,
@@ -262,14 +293,41 @@ static void handle_closed(void *user, const char *reason)
 	farm_free_when_closed(farm);
 }
 
+static bool find_key(void *user, const char *name, uint8_t *ret_key)
+{
+	struct worker *worker = user;
+
+	if (!pen_muster_find(worker->farm->muster, name, worker->key))
+		return false;
+	memcpy(ret_key, worker->key, sizeof worker->key);
+	return true;
+}
+
+/* Those who have not said who they are may not hold off others: the one who waited longest goes. */
+static void drop_early(struct pen_farm *farm)
+{
+	struct worker *oldest = NULL;
+	uint32_t count = 0;
+
+	for (struct worker *worker = farm->workers; worker; worker = worker->next) {
+		if (worker->shown.id != 0)
+			continue;
+		if (!oldest)
+			oldest = worker;
+		count++;
+	}
+	if (count > PEN_GREETINGS_MAX)
+		pen_link_close(oldest->link);
+}
+
 static void accept_worker(struct pen_farm *farm)
 {
 	struct worker *worker = calloc(1, sizeof *worker);
-	struct pen_link_events events = {handle_message, handle_closed, worker};
+	struct pen_link_events events = {handle_message, handle_closed, find_key, worker};
 	struct worker **place = &farm->workers;
 
-	if (!worker ||
-		pen_link_accept((uv_stream_t *)&farm->listener, &events, &worker->link, NULL) < 0) {
+	if (!worker || pen_link_accept((uv_stream_t *)&farm->listener, &events,
+			       !pen_muster_is_closed(farm->muster), &worker->link, NULL) < 0) {
 		free(worker);
 		return;
 	}
@@ -278,9 +336,8 @@ static void accept_worker(struct pen_farm *farm)
 	while (*place)
 		place = &(*place)->next;
 	*place = worker;
-	/* One connection more than workers is let in, to be told why it is refused. */
-	if (++farm->count > PEN_WORKERS_MAX + 1)
-		pen_link_close(worker->link);
+	farm->count++;
+	drop_early(farm);
 }
 
 static void handle_connection(uv_stream_t *listener, int status)
@@ -305,6 +362,23 @@ static void check_worker(struct worker *worker, int64_t now_ms)
 	}
 }
 
+/* Whose key has been taken back, or who came without one before there were any, goes. */
+static void check_keys(struct pen_farm *farm)
+{
+	uint8_t key[PEN_SECURE_KEY];
+
+	for (struct worker *worker = farm->workers; worker; worker = worker->next) {
+		if (!pen_muster_is_closed(farm->muster) || is_local(worker) ||
+			(pen_muster_find(farm->muster, pen_link_name(worker->link), key) &&
+				memcmp(key, worker->key, sizeof key) == 0))
+			continue;
+		pen_log(PEN_LOG_WARNING, "worker %llu has no key any more",
+			(unsigned long long)worker->shown.id);
+		pen_link_close(worker->link);
+	}
+	explicit_bzero(key, sizeof key);
+}
+
 static void handle_tick(uv_timer_t *timer)
 {
 	struct pen_farm *farm = timer->data;
@@ -318,6 +392,8 @@ static void handle_tick(uv_timer_t *timer)
 			worker->opened_ms = worker->heard_ms = now_ms;
 		check_worker(worker, now_ms);
 	}
+	if (pen_muster_refresh(farm->muster, now_ms))
+		check_keys(farm);
 	pen_dispatch_tick(farm->dispatch);
 }
 
@@ -401,6 +477,7 @@ int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
 	if (!farm)
 		return pen_error_memory(err);
 	farm->dispatch = options->dispatch;
+	farm->muster = options->muster;
 	farm->scenes_dir = options->scenes_dir;
 	farm->assets_dir = options->assets_dir;
 	farm->tick_ms = pen_clock_ms();
@@ -450,13 +527,7 @@ uint16_t pen_farm_port(const struct pen_farm *farm)
 
 int pen_farm_issue_key(struct pen_farm *farm, char *ret_key, struct pen_error *err)
 {
-	struct pen_sha256 bits;
-
-	if (getrandom(bits.bytes, sizeof bits.bytes, 0) != sizeof bits.bytes)
-		return pen_error_system(err, errno, "no random bits");
-	pen_sha256_format(&bits, farm->key);
-	memcpy(ret_key, farm->key, PEN_FARM_KEY_TEXT);
-	return 0;
+	return pen_muster_issue(farm->muster, ret_key, err);
 }
 
 const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t after)

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "server/dispatch.h"
+#include "server/muster.h"
 
 #include <netinet/in.h>
 #include <stdbool.h>
@@ -17,8 +18,9 @@ struct pen_farm;
 struct pen_farm_options {
 	struct sockaddr_storage address; /* to listen on; port 0: any */
 	struct pen_dispatch *dispatch;
-	const char *scenes_dir; /* see server/scene_file.h; borrowed */
-	const char *assets_dir; /* see server/asset_file.h; borrowed */
+	struct pen_muster *muster; /* borrowed */
+	const char *scenes_dir;	   /* see server/scene_file.h; borrowed */
+	const char *assets_dir;	   /* see server/asset_file.h; borrowed */
 };
 
 int pen_farm_create(uv_loop_t *loop, const struct pen_farm_options *options,
@@ -29,9 +31,7 @@ void pen_farm_destroy(struct pen_farm *farm);
 
 uint16_t pen_farm_port(const struct pen_farm *farm);
 
-enum { PEN_FARM_KEY_TEXT = 65 }; /* 256 random bits as 64 hex digits, and a NUL */
-
-/* A new key that one local worker will say hello with; it is valid once, and replaces the last. */
+/* See pen_muster_issue. */
 int pen_farm_issue_key(struct pen_farm *farm, char *ret_key, struct pen_error *err);
 
 struct pen_worker {

@@ -15,6 +15,7 @@ enum {
 	OUT_BYTES_MAX = 4 << 20,   /* waiting to be written */
 	ARENA_BYTES_MAX = 1 << 20, /* of one message */
 	FINISH_MS = 2000,
+	RAW_BYTES = 64 << 10, /* read at once, of TLS */
 	TRANSFERS_MAX = 4 * PEN_SCENES_CACHED_MAX
 };
 
@@ -34,6 +35,9 @@ struct pen_link {
 	char address[64];
 	struct pen_error err; /* why it closes */
 	bool closing, finishing, writing;
+	bool allows_plain, is_plain;
+	struct pen_secure *secure; /* once TLS has begun */
+	char *raw;		   /* RAW_BYTES, unless it is plain */
 	unsigned open_handles;
 	struct pen_frame_reader reader;
 	struct pen_arena arena;
@@ -52,6 +56,8 @@ static void handle_handle_closed(uv_handle_t *handle)
 	link->events.closed(link->events.user, link->err.text);
 	for (size_t i = 0; i < link->transfer_count; i++)
 		(void)close(link->transfers[i].fd);
+	pen_secure_destroy(link->secure);
+	free(link->raw);
 	pen_frame_reader_finish(&link->reader);
 	pen_arena_finish(&link->arena);
 	pen_buf_finish(&link->out);
@@ -143,9 +149,22 @@ static void handle_written(uv_write_t *write, int status)
 		flush(link);
 }
 
+/* What is to be written next: messages as they are, or as TLS has them. */
+static struct pen_buf *output_of(struct pen_link *link)
+{
+	if (!link->secure)
+		return &link->out;
+	if (link->out.size > 0 && pen_secure_is_open(link->secure)) {
+		if (pen_secure_write(link->secure, link->out.data, link->out.size, &link->err) < 0)
+			pen_link_close(link);
+		pen_buf_clear(&link->out);
+	}
+	return pen_secure_out(link->secure);
+}
+
 static void flush(struct pen_link *link)
 {
-	struct pen_buf swap = link->written;
+	struct pen_buf swap = link->written, *out;
 	uv_buf_t data;
 	int r;
 
@@ -153,15 +172,16 @@ static void flush(struct pen_link *link)
 		return;
 	if (link->transfer_count > 0 && link->out.size < PIECE_BYTES)
 		append_piece(link);
+	out = link->closing ? NULL : output_of(link);
 	if (link->closing)
 		return;
-	if (link->out.size == 0) {
+	if (out->size == 0) {
 		if (link->finishing)
 			pen_link_close(link);
 		return;
 	}
-	link->written = link->out;
-	link->out = swap;
+	link->written = *out;
+	*out = swap;
 	data = uv_buf_init(link->written.data, (unsigned)link->written.size);
 	link->write.data = link;
 	r = uv_write(&link->write, (uv_stream_t *)&link->tcp, &data, 1, handle_written);
@@ -224,10 +244,12 @@ void pen_link_finish(struct pen_link *link)
 static void handle_space(uv_handle_t *handle, size_t suggested, uv_buf_t *ret_buf)
 {
 	struct pen_link *link = handle->data;
-	size_t size = 0;
-	void *space = pen_frame_reader_space(&link->reader, &size);
+	size_t size = RAW_BYTES;
+	void *space = link->raw;
 
 	(void)suggested;
+	if (link->is_plain)
+		space = pen_frame_reader_space(&link->reader, &size);
 	*ret_buf = uv_buf_init(space, space ? (unsigned)size : 0);
 }
 
@@ -249,6 +271,71 @@ static void handle_frames(struct pen_link *link)
 		pen_link_close(link);
 }
 
+/* The first bytes are read before it is known that they are frames. */
+static void begin_plain(struct pen_link *link, const char *data, size_t size)
+{
+	link->is_plain = true;
+	while (size > 0 && !link->closing) {
+		size_t room = 0;
+		void *space = pen_frame_reader_space(&link->reader, &room);
+
+		if (!space) {
+			fail(link, "there is no memory to read it");
+			return;
+		}
+		if (room > size)
+			room = size;
+		memcpy(space, data, room);
+		pen_frame_reader_fed(&link->reader, room);
+		handle_frames(link);
+		data += room;
+		size -= room;
+	}
+}
+
+static int read_records(struct pen_link *link)
+{
+	size_t size = 1, room = 0;
+	int r = 0;
+
+	while (r == 0 && size > 0 && !link->closing && !link->finishing) {
+		void *space = pen_frame_reader_space(&link->reader, &room);
+
+		r = space ? pen_secure_read(link->secure, space, room, &size, &link->err)
+			  : pen_error_memory(&link->err);
+		if (r < 0 || size == 0)
+			break;
+		pen_frame_reader_fed(&link->reader, size);
+		handle_frames(link);
+	}
+	return r;
+}
+
+/* What TLS says of the failure goes out if it can: the other end learns why. */
+static void end_secure(struct pen_link *link)
+{
+	struct pen_buf *out = pen_secure_out(link->secure);
+	uv_buf_t last = uv_buf_init(out->data, (unsigned)out->size);
+
+	if (out->size > 0 && !link->writing)
+		(void)uv_try_write((uv_stream_t *)&link->tcp, &last, 1);
+	pen_link_close(link);
+}
+
+static void take_raw(struct pen_link *link, size_t size)
+{
+	int r = pen_secure_feed(link->secure, link->raw, size, &link->err);
+
+	if (r == 0)
+		r = pen_secure_shake(link->secure, &link->err);
+	if (r > 0)
+		r = read_records(link);
+	if (r < 0)
+		end_secure(link);
+	else
+		flush(link);
+}
+
 static void handle_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
 {
 	struct pen_link *link = stream->data;
@@ -256,10 +343,21 @@ static void handle_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
 	(void)buf;
 	if (size < 0) {
 		fail(link, size == UV_EOF ? "it closed the connection" : uv_strerror((int)size));
-		return;
+	} else if (link->is_plain) {
+		pen_frame_reader_fed(&link->reader, (size_t)size);
+		handle_frames(link);
+	} else if (size > 0 && !link->secure && link->raw[0] != PEN_SECURE_FIRST_BYTE) {
+		if (link->allows_plain)
+			begin_plain(link, link->raw, (size_t)size);
+		else
+			fail(link, "it shows no key");
+	} else if (size > 0) {
+		if (!link->secure && pen_secure_create_server(link->events.find_key,
+					     link->events.user, &link->secure, &link->err) < 0)
+			pen_link_close(link);
+		else
+			take_raw(link, (size_t)size);
 	}
-	pen_frame_reader_fed(&link->reader, (size_t)size);
-	handle_frames(link);
 }
 
 /* Opening */
@@ -282,15 +380,18 @@ static void format_address(struct pen_link *link)
 		host, port);
 }
 
-int pen_link_accept(uv_stream_t *listener, const struct pen_link_events *events,
+int pen_link_accept(uv_stream_t *listener, const struct pen_link_events *events, bool allows_plain,
 	struct pen_link **ret_link, struct pen_error *err)
 {
 	struct pen_link *link = calloc(1, sizeof *link);
 	int r;
 
-	if (!link)
+	if (!link || !(link->raw = malloc(RAW_BYTES))) {
+		free(link);
 		return pen_error_memory(err);
+	}
 	link->events = *events;
+	link->allows_plain = allows_plain;
 	pen_frame_reader_init(&link->reader);
 	pen_arena_init(&link->arena, ARENA_BYTES_MAX);
 	pen_buf_init(&link->out, OUT_BYTES_MAX);
@@ -315,4 +416,9 @@ int pen_link_accept(uv_stream_t *listener, const struct pen_link_events *events,
 const char *pen_link_address(const struct pen_link *link)
 {
 	return link->address;
+}
+
+const char *pen_link_name(const struct pen_link *link)
+{
+	return link->secure ? pen_secure_name(link->secure) : "";
 }

@@ -43,7 +43,9 @@ struct pen_server {
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;
 	struct pen_guard *guard;
+	struct pen_muster *muster;
 	struct pen_certificate certificate;
+	struct sockaddr_storage http_address; /* that it was asked to listen on */
 	struct pen_http *http;
 	struct pen_spawn *spawn;
 	struct pen_asset_sweep *sweep;
@@ -150,6 +152,13 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 
 	if (r == 0)
 		r = create_dispatch(server, err);
+	if (r == 0)
+		r = pen_muster_create(config->worker_keys,
+			!pen_config_is_loopback(&config->worker_listen), &server->muster, err);
+	if (r == 0)
+		r = pen_exposure_check_workers(
+			&config->worker_listen, pen_muster_count(server->muster), err);
+	farm.muster = server->muster;
 	jobs.store = server->store;
 	jobs.dispatch = farm.dispatch = server->dispatch;
 	if (r == 0)
@@ -182,13 +191,14 @@ static int start_guard(
 	int r = pen_guard_create(config->tokens, !is_open, &server->guard, err);
 
 	options->guard = server->guard;
+	server->http_address = options->address;
 	if (r == 0 && config->tls_cert[0] != '\0') {
 		r = pen_certificate_load(
 			config->tls_cert, config->tls_key, &server->certificate, err);
 		options->certificate = &server->certificate;
 	}
 	if (r == 0)
-		r = pen_exposure_check(&options->address, options->certificate != NULL,
+		r = pen_exposure_check_http(&options->address, options->certificate != NULL,
 			pen_guard_tokens(server->guard), err);
 	for (size_t i = 0; r == 0 && i < server->certificate.name_count; i++)
 		r = pen_guard_add_name(server->guard, server->certificate.names[i], err);
@@ -240,6 +250,8 @@ static int start_worker(struct pen_server *server, const char *host, struct pen_
 		.processes = server->config->processes,
 		.isa = server->config->isa,
 		.log_level = server->config->log_level,
+		.needs_sandbox = !pen_config_is_loopback(&server->http_address) ||
+				 !pen_config_is_loopback(&server->config->worker_listen),
 	};
 
 	if (options.processes == 0)
@@ -305,6 +317,7 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	pen_dispatch_destroy(server.dispatch);
 	pen_shelf_destroy(server.shelf);
 	pen_guard_destroy(server.guard);
+	pen_muster_destroy(server.muster);
 	pen_certificate_finish(&server.certificate);
 	pen_data_dir_close(&server.data);
 	if (r == 0 && server.failure.code < 0) {

@@ -85,6 +85,7 @@ int main(int argc, char **argv)
 		{"backup", "copy a data directory, also of a running coordinator", pen_care_backup},
 		{"restore", "check a backup and copy it back", pen_care_restore},
 		{"token", "say who may use a coordinator", pen_access_token},
+		{"worker", "say which workers may join a coordinator", pen_access_worker},
 		{"cert", "make a certificate for a coordinator", pen_access_cert},
 		{"config", "check a configuration file of serve", config_check},
 		{0},

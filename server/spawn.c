@@ -11,6 +11,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 enum { PAUSE_MS_MIN = 100, PAUSE_MS_MAX = 30000, KILL_MS = 3000, KEY_FD = 3, ARGUMENTS_MAX = 16 };
@@ -73,7 +74,7 @@ static void handle_exit(uv_process_t *process, int64_t status, int signal_number
 /* The reading end of a pipe that holds the key and nothing more. */
 static int open_key(struct pen_spawn *spawn, int *ret_fd, struct pen_error *err)
 {
-	char key[PEN_FARM_KEY_TEXT];
+	char key[PEN_WORKER_KEY_TEXT];
 	int fds[2];
 	int r = pen_farm_issue_key(spawn->options.farm, key, err);
 
@@ -81,8 +82,9 @@ static int open_key(struct pen_spawn *spawn, int *ret_fd, struct pen_error *err)
 		return r;
 	if (pipe2(fds, O_CLOEXEC) < 0)
 		return pen_error_system(err, errno, "cannot make a pipe");
-	if (write(fds[1], key, sizeof key - 1) != (ssize_t)sizeof key - 1)
+	if (write(fds[1], key, strlen(key)) != (ssize_t)strlen(key))
 		r = pen_error_system(err, errno, "cannot write the key");
+	explicit_bzero(key, sizeof key);
 	(void)close(fds[1]);
 	if (r < 0)
 		(void)close(fds[0]);
@@ -97,6 +99,7 @@ static int spawn_process(struct pen_spawn *spawn, int key_fd)
 	const char *level = pen_config_log_level_name(spawn->options.log_level);
 	const char *arguments[ARGUMENTS_MAX] = {"penumbra-worker", "--connect", address,
 		"--processes", processes, "--key-fd", "3", parent, "--log-level", level};
+	size_t count = 10;
 	uv_stdio_container_t stdio[KEY_FD + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_INHERIT_FD, .data.fd = STDERR_FILENO},
@@ -112,8 +115,12 @@ static int spawn_process(struct pen_spawn *spawn, int key_fd)
 	};
 
 	if (spawn->options.isa) {
-		arguments[10] = "--isa";
-		arguments[11] = spawn->options.isa;
+		arguments[count++] = "--isa";
+		arguments[count++] = spawn->options.isa;
+	}
+	if (spawn->options.needs_sandbox) {
+		arguments[count++] = "--sandbox";
+		arguments[count++] = "require";
 	}
 	(void)snprintf(address, sizeof address, "%s:%u", spawn->options.host,
 		pen_farm_port(spawn->options.farm));

@@ -6,6 +6,7 @@
 #include "core/base/log.h"
 #include "server/farm.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <uv.h>
 
@@ -21,6 +22,7 @@ struct pen_spawn_options {
 	uint32_t processes;
 	const char *isa; /* "v3"; NULL: its best */
 	enum pen_log_level log_level;
+	bool needs_sandbox; /* it renders nothing without one */
 };
 
 /* Borrows what options point to. A program that cannot be started is an error only this time. */

@@ -16,6 +16,7 @@ enum option_id {
 	OPTION_NAME,
 	OPTION_ISA,
 	OPTION_KEY_FD,
+	OPTION_KEY_FILE,
 	OPTION_PARENT_DEATH,
 	OPTION_SANDBOX,
 	OPTION_LOG_LEVEL,
@@ -30,6 +31,7 @@ static const struct option options[] = {
 	{"name", required_argument, NULL, OPTION_NAME},
 	{"isa", required_argument, NULL, OPTION_ISA},
 	{"key-fd", required_argument, NULL, OPTION_KEY_FD},
+	{"key-file", required_argument, NULL, OPTION_KEY_FILE},
 	{"parent-death", optional_argument, NULL, OPTION_PARENT_DEATH},
 	{"sandbox", required_argument, NULL, OPTION_SANDBOX},
 	{"asset-cache", required_argument, NULL, OPTION_ASSET_CACHE},
@@ -51,7 +53,10 @@ const char *pen_worker_config_usage(void)
 	       "  --asset-cache MIB    memory for assets that later scenes may name (default: an\n"
 	       "                       eighth of the machine's)\n"
 	       "  --log-level LEVEL    error, warning, info (default) or debug\n"
-	       "  --key-fd FD          descriptor to read the coordinator's key from\n"
+	       "  --key-file FILE      what the coordinator knows this worker by, of penumbra "
+	       "worker add;\n"
+	       "                       the connection is TLS then\n"
+	       "  --key-fd FD          the same from a descriptor, for one connection\n"
 	       "  --parent-death[=PID] end when the parent process does, which is PID\n"
 	       "  --help, --version\n";
 }
@@ -171,6 +176,7 @@ static int parse_option(
 		if (r == 0)
 			config->key_fd = (int)number;
 		return r;
+	case OPTION_KEY_FILE: config->key_file = value; return 0;
 	case OPTION_PARENT_DEATH:
 		number = getppid();
 		r = value ? parse_number(value, 1, INT_MAX, "--parent-death", &number, err) : 0;

@@ -23,6 +23,7 @@ struct pen_worker_config {
 	enum pen_log_level log_level;
 	uint64_t asset_bytes; /* of assets that are kept for later scenes */
 	int key_fd;	      /* -1 without */
+	const char *key_file; /* NULL: without */
 	pid_t parent;	      /* end when it does; 0: live on */
 	bool help, version;   /* asked for: print and leave */
 };

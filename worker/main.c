@@ -1,43 +1,33 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "core/base/digest.h"
 #include "core/base/log.h"
 #include "core/base/sandbox.h"
 #include "worker/config.h"
+#include "worker/key.h"
 #include "worker/pool.h"
 #include "worker/zygote.h"
 
-#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
-/* 64 hex digits, then the pipe's end or a newline. */
-static int read_key(int fd, char *ret_key, struct pen_error *err)
+/* Without an option for it there is none. */
+static int read_key(
+	const struct pen_worker_config *config, struct pen_key *ret_key, struct pen_error *err)
 {
-	char key[PEN_SHA256_TEXT] = "";
-	struct pen_sha256 parsed;
-	size_t size = 0;
-	ssize_t r = 1;
+	int r = 0;
 
-	while (size < sizeof key - 1 && r > 0) {
-		r = read(fd, key + size, sizeof key - 1 - size);
-		if (r < 0 && errno == EINTR)
-			r = 1;
-		else if (r > 0)
-			size += (size_t)r;
-	}
-	(void)close(fd);
-	if (size != sizeof key - 1 || !pen_sha256_parse(key, &parsed))
-		return pen_error_set(err, PEN_EINVALID, "--key-fd: no key of 64 hex digits");
-	memcpy(ret_key, key, sizeof key);
-	return 0;
+	if (config->key_fd >= 0)
+		r = pen_key_read(config->key_fd, ret_key, err);
+	else if (config->key_file)
+		r = pen_key_read_file(config->key_file, ret_key, err);
+	ret_key->is_single_use = config->key_fd >= 0;
+	return r;
 }
 
 /* The zygote is forked before the key is read: it and all below it never see it. */
 static int run(const struct pen_worker_config *config, struct pen_error *err)
 {
-	char key[PEN_SHA256_TEXT] = "";
+	struct pen_key key = {.name = ""};
 	struct pen_zygote zygote;
 	int code = PEN_WORKER_FAILED;
 
@@ -46,8 +36,9 @@ static int run(const struct pen_worker_config *config, struct pen_error *err)
 	if (pen_zygote_start(config, &zygote, err) < 0)
 		return PEN_WORKER_FAILED;
 	(void)signal(SIGPIPE, SIG_IGN);
-	if (config->key_fd < 0 || read_key(config->key_fd, key, err) == 0)
-		code = pen_pool_run(config, &zygote, key, err);
+	if (read_key(config, &key, err) == 0)
+		code = pen_pool_run(config, &zygote, &key, err);
+	explicit_bzero(&key, sizeof key);
 	pen_zygote_stop(&zygote);
 	return code;
 }

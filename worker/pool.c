@@ -566,8 +566,8 @@ static void init_handles(struct pool *pool)
 	pool->terminate.data = pool->interrupt.data = pool;
 }
 
-static int start(
-	struct pool *pool, const struct pen_zygote *zygote, const char *key, struct pen_error *err)
+static int start(struct pool *pool, const struct pen_zygote *zygote, const struct pen_key *key,
+	struct pen_error *err)
 {
 	int watched = fcntl(zygote->channel, F_DUPFD_CLOEXEC, 3);
 	int r;
@@ -605,7 +605,7 @@ static void stop(struct pool *pool)
 }
 
 int pen_pool_run(const struct pen_worker_config *config, const struct pen_zygote *zygote,
-	const char *key, struct pen_error *err)
+	const struct pen_key *key, struct pen_error *err)
 {
 	struct pool pool = {.config = config, .exit_code = PEN_WORKER_FAILED, .err = err};
 	int r;

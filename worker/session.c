@@ -16,7 +16,8 @@ enum {
 	BACKOFF_MIN_MS = 100,
 	BACKOFF_MAX_MS = 5000,
 	KEEPALIVE_S = 5,
-	ARENA_MAX = 256 << 10
+	ARENA_MAX = 256 << 10,
+	RAW_BYTES = 64 << 10
 };
 
 #define WRITE_QUEUE_MAX (64ul * PEN_FRAME_PAYLOAD_MAX)
@@ -25,6 +26,7 @@ enum session_state {
 	STATE_WAITING,	  /* for the timer, to dial */
 	STATE_RESOLVING,  /* the coordinator's name */
 	STATE_CONNECTING, /* to addresses, one after the other */
+	STATE_SECURING,	  /* both show that they have the key */
 	STATE_GREETING,	  /* Hello sent */
 	STATE_OPEN,
 	STATE_CLOSING /* the connection's handle */
@@ -35,7 +37,8 @@ struct pen_session {
 	const struct pen_worker_config *config;
 	const struct pen_session_events *events;
 	void *user;
-	char key[PEN_SHA256_TEXT];
+	const struct pen_key *key;
+	struct pen_secure *secure; /* NULL without a key */
 	enum session_state state;
 	bool was_open;	/* closed must be told */
 	bool refused;	/* dial no more */
@@ -50,7 +53,8 @@ struct pen_session {
 	struct addrinfo *addresses, *address; /* all, and the next to try */
 	struct pen_frame_reader reader;
 	struct pen_arena arena;
-	uint32_t sequence; /* of the next frame to send */
+	uint32_t sequence;   /* of the next frame to send */
+	char raw[RAW_BYTES]; /* what is read of TLS */
 };
 
 /* A frame on its way. */
@@ -93,6 +97,7 @@ static void handle_destroyed(uv_handle_t *handle)
 {
 	struct pen_session *session = handle->data;
 
+	pen_secure_destroy(session->secure);
 	pen_frame_reader_finish(&session->reader);
 	pen_arena_finish(&session->arena);
 	free_addresses(session);
@@ -213,24 +218,12 @@ static void read_frames(struct pen_session *session)
 static void handle_space(uv_handle_t *handle, size_t suggested, uv_buf_t *buf)
 {
 	struct pen_session *session = handle->data;
-	size_t size = 0;
+	size_t size = sizeof session->raw;
 
 	(void)suggested;
-	buf->base = pen_frame_reader_space(&session->reader, &size);
+	buf->base =
+		session->secure ? session->raw : pen_frame_reader_space(&session->reader, &size);
 	buf->len = buf->base ? size : 0;
-}
-
-static void handle_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
-{
-	struct pen_session *session = stream->data;
-
-	(void)buf;
-	if (size < 0) {
-		lose(session, size == UV_EOF ? "closed the connection" : uv_strerror((int)size));
-	} else if (size > 0) {
-		pen_frame_reader_fed(&session->reader, (size_t)size);
-		read_frames(session);
-	}
 }
 
 static void handle_written(uv_write_t *request, int status)
@@ -244,30 +237,43 @@ static void handle_written(uv_write_t *request, int status)
 	free(write);
 }
 
-static void write_message(struct pen_session *session, const struct pen_msg *msg)
+/* Sends what is in out, whose bytes it takes; false: it was not to be, and the session is lost. */
+static bool write_bytes(struct pen_session *session, struct pen_buf *out)
 {
-	uv_stream_t *stream = (uv_stream_t *)&session->tcp;
-	size_t waiting = uv_stream_get_write_queue_size(stream);
-	struct pen_error err = PEN_ERROR_INIT;
 	struct write *write = calloc(1, sizeof *write);
-	struct pen_buf out;
-	uv_buf_t buf;
+	uv_buf_t buf = uv_buf_init(out->data, (unsigned int)out->size);
 
-	pen_buf_init(&out, WRITE_QUEUE_MAX > waiting ? WRITE_QUEUE_MAX - waiting : 0);
-	if (!write || pen_msg_write(msg, &out, &session->sequence, &err) < 0) {
-		lose(session, write ? err.text : "out of memory");
-		goto fail;
+	if (!write) {
+		lose(session, "out of memory");
+		return false;
 	}
 	write->request.data = write;
-	buf = uv_buf_init(out.data, (unsigned int)out.size);
-	write->data = pen_buf_take(&out);
-	if (uv_write(&write->request, stream, &buf, 1, handle_written) == 0)
-		return;
+	write->data = pen_buf_take(out);
+	if (uv_write(&write->request, (uv_stream_t *)&session->tcp, &buf, 1, handle_written) == 0)
+		return true;
 	lose(session, "cannot be written to");
 	free(write->data);
-fail:
-	pen_buf_finish(&out);
 	free(write);
+	return false;
+}
+
+static void write_message(struct pen_session *session, const struct pen_msg *msg)
+{
+	size_t waiting = uv_stream_get_write_queue_size((uv_stream_t *)&session->tcp);
+	struct pen_error err = PEN_ERROR_INIT;
+	struct pen_buf out;
+	int r;
+
+	pen_buf_init(&out, WRITE_QUEUE_MAX > waiting ? WRITE_QUEUE_MAX - waiting : 0);
+	r = pen_msg_write(msg, &out, &session->sequence, &err);
+	if (r == 0 && session->secure)
+		r = pen_secure_write(session->secure, out.data, out.size, &err);
+	if (r < 0)
+		lose(session, err.text);
+	else
+		(void)write_bytes(
+			session, session->secure ? pen_secure_out(session->secure) : &out);
+	pen_buf_finish(&out);
 }
 
 static void say_hello(struct pen_session *session)
@@ -283,12 +289,103 @@ static void say_hello(struct pen_session *session)
 				.equivalence_class = equivalence_class,
 				.version = PEN_VERSION,
 				.pid = (uint32_t)getpid(),
-				.key = session->key,
 			},
 	};
 
 	pen_class_format(session->config->isa, equivalence_class);
 	write_message(session, &msg);
+}
+
+/* A key that is good once will not be taken the next time either: whoever started us has another.
+ */
+static void give_up_key(struct pen_session *session, const char *reason)
+{
+	if (!session->key->is_single_use) {
+		lose(session, reason);
+		return;
+	}
+	session->refused = true;
+	hang_up(session);
+	session->events->refused(session->user, reason);
+}
+
+static int read_records(struct pen_session *session, struct pen_error *err)
+{
+	size_t size = 1, room = 0;
+	int r = 0;
+
+	while (r == 0 && size > 0 &&
+		(session->state == STATE_GREETING || session->state == STATE_OPEN)) {
+		void *space = pen_frame_reader_space(&session->reader, &room);
+
+		r = space ? pen_secure_read(session->secure, space, room, &size, err)
+			  : pen_error_memory(err);
+		if (r < 0 || size == 0)
+			break;
+		pen_frame_reader_fed(&session->reader, size);
+		read_frames(session);
+	}
+	return r;
+}
+
+/* 1: both know each other. */
+static int shake(struct pen_session *session, struct pen_error *err)
+{
+	struct pen_buf *out = pen_secure_out(session->secure);
+	int r = pen_secure_shake(session->secure, err);
+
+	if (out->size > 0 && !write_bytes(session, out))
+		return 0;
+	if (r > 0 && session->state == STATE_SECURING) {
+		session->state = STATE_GREETING;
+		say_hello(session);
+	}
+	return r;
+}
+
+static void take_raw(struct pen_session *session, size_t size)
+{
+	struct pen_error err = PEN_ERROR_INIT;
+	bool securing = session->state == STATE_SECURING;
+	int r = pen_secure_feed(session->secure, session->raw, size, &err);
+
+	if (r == 0)
+		r = shake(session, &err);
+	if (r > 0)
+		r = read_records(session, &err);
+	if (r < 0 && securing)
+		give_up_key(session, "the coordinator does not know this worker's key");
+	else if (r < 0)
+		lose(session, err.text);
+}
+
+static void handle_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
+{
+	struct pen_session *session = stream->data;
+
+	(void)buf;
+	if (size < 0) {
+		lose(session, size == UV_EOF ? "closed the connection" : uv_strerror((int)size));
+	} else if (size > 0 && session->secure) {
+		take_raw(session, (size_t)size);
+	} else if (size > 0) {
+		pen_frame_reader_fed(&session->reader, (size_t)size);
+		read_frames(session);
+	}
+}
+
+/* What was left of the last connection goes. */
+static int begin_stream(struct pen_session *session, struct pen_error *err)
+{
+	pen_frame_reader_finish(&session->reader);
+	pen_frame_reader_init(&session->reader);
+	session->sequence = 0;
+	pen_secure_destroy(session->secure);
+	session->secure = NULL;
+	if (session->key->name[0] == '\0')
+		return 0;
+	return pen_secure_create_client(
+		session->key->name, session->key->bits, &session->secure, err);
 }
 
 static void set_options(struct pen_session *session)
@@ -305,6 +402,7 @@ static void set_options(struct pen_session *session)
 static void handle_connected(uv_connect_t *request, int status)
 {
 	struct pen_session *session = request->handle->data;
+	struct pen_error err = PEN_ERROR_INIT;
 
 	if (session->state == STATE_CLOSING)
 		return;
@@ -313,12 +411,16 @@ static void handle_connected(uv_connect_t *request, int status)
 		return;
 	}
 	set_options(session);
-	pen_frame_reader_finish(&session->reader);
-	pen_frame_reader_init(&session->reader);
-	session->sequence = 0;
-	session->state = STATE_GREETING;
+	if (begin_stream(session, &err) < 0) {
+		lose(session, err.text);
+		return;
+	}
+	session->state = session->secure ? STATE_SECURING : STATE_GREETING;
 	(void)uv_read_start((uv_stream_t *)&session->tcp, handle_space, handle_read);
-	say_hello(session);
+	if (!session->secure)
+		say_hello(session);
+	else if (shake(session, &err) < 0)
+		lose(session, err.text);
 }
 
 static void connect_next(struct pen_session *session)
@@ -386,9 +488,9 @@ static void handle_shutdown(uv_shutdown_t *request, int status)
 	hang_up(request->handle->data);
 }
 
-int pen_session_create(uv_loop_t *loop, const struct pen_worker_config *config, const char *key,
-	const struct pen_session_events *events, void *user, struct pen_session **ret_session,
-	struct pen_error *err)
+int pen_session_create(uv_loop_t *loop, const struct pen_worker_config *config,
+	const struct pen_key *key, const struct pen_session_events *events, void *user,
+	struct pen_session **ret_session, struct pen_error *err)
 {
 	struct pen_session *session = calloc(1, sizeof *session);
 
@@ -398,7 +500,7 @@ int pen_session_create(uv_loop_t *loop, const struct pen_worker_config *config, 
 	session->config = config;
 	session->events = events;
 	session->user = user;
-	(void)snprintf(session->key, sizeof session->key, "%s", key);
+	session->key = key;
 	pen_arena_init(&session->arena, ARENA_MAX);
 	pen_frame_reader_init(&session->reader);
 	(void)uv_timer_init(loop, &session->timer);

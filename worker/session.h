@@ -4,6 +4,7 @@
 
 #include "proto/msg.h"
 #include "worker/config.h"
+#include "worker/key.h"
 
 #include <stdbool.h>
 #include <uv.h>
@@ -26,10 +27,10 @@ struct pen_session_events {
 	void (*finished)(void *user);
 };
 
-/* key is "" or 64 hex digits, the coordinator's proof of who started us. */
-int pen_session_create(uv_loop_t *loop, const struct pen_worker_config *config, const char *key,
-	const struct pen_session_events *events, void *user, struct pen_session **ret_session,
-	struct pen_error *err);
+/* key is borrowed; with it the connection is TLS. */
+int pen_session_create(uv_loop_t *loop, const struct pen_worker_config *config,
+	const struct pen_key *key, const struct pen_session_events *events, void *user,
+	struct pen_session **ret_session, struct pen_error *err);
 
 bool pen_session_is_open(const struct pen_session *session);
 

@@ -51,8 +51,9 @@
 /* Light */
 #define PEN_EMITTERS_MAX	   (1u << 20) /* triangles and spheres that send out light, of a frame */
 #define PEN_EMITTER_CANDIDATES_MAX (1u << 24) /* the same with those that a texture makes black */
-#define PEN_PANEL_TRIANGLES_MAX	   (1u << 17) /* of a frame, looked at for rectangles that they tile \
-					       */
+#define PEN_PANEL_TRIANGLES_MAX                                                                    \
+	(1u << 17) /* of a frame, looked at for rectangles that they tile                          \
+		    */
 
 /* Pictures: what an encoded image may unfold to */
 #define PEN_PICTURE_SIDE_MAX	 16384u
@@ -118,6 +119,7 @@
 #define PEN_KEY_FILE_MAX    (64u << 10) /* bytes of a file of keys */
 #define PEN_KEY_NAME_MAX    64u
 #define PEN_TOKENS_MAX	    256u
+#define PEN_GREETINGS_MAX   64u /* connections of workers that have not said who they are */
 #define PEN_HOST_NAMES_MAX  64u
 #define PEN_CERTIFICATE_MAX (256u << 10) /* bytes of a file of them, or of a key */
 #define PEN_KEY_AGE_MS	    1000 /* how long a file of keys may have changed before that is seen */

@@ -33,7 +33,7 @@ def test_each_command_explains_itself(command):
 def test_the_command_lists_its_commands_and_tells_its_version():
     run = penumbra("--help")
     assert run.returncode == 0
-    assert all(f"  {command} " in run.stdout for command in (*COMMANDS, "serve", "token", "cert", "version"))
+    assert all(f"  {command} " in run.stdout for command in (*COMMANDS, "serve", "token", "worker", "cert", "version"))
     assert penumbra("--version").stdout == penumbra("version").stdout != ""
 
 

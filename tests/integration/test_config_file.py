@@ -57,11 +57,6 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, text, fault):
     assert check(tmp_path, text) == (1, fault)
 
 
-def test_the_address_rule_holds_for_the_file_too(tmp_path):
-    code, fault = check(tmp_path, "worker-listen = 0.0.0.0:8081\n")
-    assert code == 1 and fault.startswith("1: worker-listen takes a loopback address only")
-
-
 def test_bounds(tmp_path):
     """Lines one below, at and one above the longest; as many lines as may be, and one more."""
     for length in (LINE_MAX - 1, LINE_MAX):

@@ -31,13 +31,6 @@ def test_another_protocol_is_refused_with_a_reason(peer):
     assert peer.closed()
 
 
-def test_a_wrong_key_is_refused(peer):
-    """Broken by taking any key for the local pool's."""
-    peer.hello(key="0" * 64)
-    assert b"key" in peer.wait_for(REFUSE)[1]
-    assert peer.closed()
-
-
 @pytest.mark.parametrize("data", [b"GET / HTTP/1.1\r\n\r\n" * 4, b"\x00" * 100, b"PENu" * 50,
                                   struct.pack("<IBBHIIQ", MAGIC, 1, HELLO, 10, 2 ** 32 - 1, 0, 0)])
 def test_what_is_no_frame_closes_the_connection(service, peer, data):

@@ -42,7 +42,7 @@ def commands():
 
 
 OF_DIRECTORIES = ["fsck", "backup", "restore"]
-OF_ACCESS = ["token", "cert"]
+OF_ACCESS = ["token", "worker", "cert"]
 OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "workers", "serve", "config",
                *OF_DIRECTORIES, *OF_ACCESS]
 

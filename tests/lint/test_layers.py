@@ -32,7 +32,7 @@ LIBRARIES = {
     r"protobuf-c/.*|.*\.pb-c\.h": ["proto/"],
     r"sqlite3\.h": ["server/store.c", "server/job_row.c", "server/archive.c"],
     r"xxhash\.h": ["core/base/digest.c"],
-    r"gnutls/.*": ["core/base/digest.c", "server/certificate.c"],
+    r"gnutls/.*": ["core/base/digest.c", "proto/secure.c", "server/certificate.c"],
     r"seccomp\.h|linux/(seccomp|landlock|filter)\.h": ["core/base/sandbox.c"],
     r"curl/.*": ["server/cli/client.c"],
     r"systemd/.*": ["server/supervisor.c"],
@@ -51,7 +51,7 @@ TARGET_LIBRARIES = {
     "PkgConfig::jansson": ["core/scene", "server", "server/cli"],
     "PkgConfig::microhttpd": ["server"], "PkgConfig::uv": ["server", "worker"],
     "PkgConfig::protobuf-c": ["proto"], "PkgConfig::sqlite3": ["server"],
-    "PkgConfig::xxhash": ["core/base"], "PkgConfig::gnutls": ["core/base", "server"],
+    "PkgConfig::xxhash": ["core/base"], "PkgConfig::gnutls": ["core/base", "proto", "server"],
     "PkgConfig::seccomp": ["core/base"], "PkgConfig::systemd": ["server"], "embree": ["core/render"],
     "PkgConfig::OpenImageIO": ["core/image"],
 }

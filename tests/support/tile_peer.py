@@ -85,9 +85,8 @@ class Peer:
                                         self.sequence, xxh3(body)) + body)
         self.sequence += 1
 
-    def hello(self, protocol=1, processes=1, name="test", class_="test/class", key=""):
-        self.send(HELLO, message(f1=protocol, f2=name, f3=processes, f4=class_, f5="0", f6=1,
-                                 f7=key))
+    def hello(self, protocol=1, processes=1, name="test", class_="test/class"):
+        self.send(HELLO, message(f1=protocol, f2=name, f3=processes, f4=class_, f5="0", f6=1))
 
     def read(self, size):
         data = b""

@@ -10,8 +10,6 @@
 
 enum { ARENA_MAX = 64 << 10 };
 
-#define KEY "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
-
 static struct {
 	struct pen_arena arena;
 	struct pen_frame_reader reader;
@@ -78,7 +76,7 @@ static struct pen_msg hello(void)
 {
 	return (struct pen_msg){
 		.type = PEN_FRAME_HELLO,
-		.u.hello = {1, "näme", 2, "1/x86-64-v3/embree/AMD", "0.1.0", 77, KEY},
+		.u.hello = {1, "näme", 2, "1/x86-64-v3/embree/AMD", "0.1.0", 77},
 	};
 }
 
@@ -129,10 +127,6 @@ static void test_hello(void **state)
 	assert_string_equal(got.u.hello.equivalence_class, "1/x86-64-v3/embree/AMD");
 	assert_string_equal(got.u.hello.version, "0.1.0");
 	assert_int_equal(got.u.hello.pid, 77);
-	assert_string_equal(got.u.hello.key, KEY);
-	msg.u.hello.key = NULL;
-	expect_pass(&msg, &got);
-	assert_string_equal(got.u.hello.key, "");
 }
 
 /* As test_hello, for a lease. */
@@ -429,12 +423,6 @@ static void test_hello_bounds(void **state)
 	expect_refusal(&msg);
 	msg = hello();
 	msg.u.hello.equivalence_class = "";
-	expect_refusal(&msg);
-	msg = hello();
-	msg.u.hello.key = "0123";
-	expect_refusal(&msg);
-	msg = hello();
-	msg.u.hello.key = KEY "0";
 	expect_refusal(&msg);
 	for (uint32_t processes = PEN_PROCESSES_MAX - 1; processes <= PEN_PROCESSES_MAX + 1;
 		processes++) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel pause resume workers serve fsck backup restore config token cert version
+set -l commands render submit status list watch cancel pause resume workers serve fsck backup restore config token worker cert version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
 complete -c penumbra -l help
@@ -22,7 +22,7 @@ complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch ca
 complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume workers" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
-complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token cert" -l data -r
+complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token worker cert" -l data -r
 complete -c penumbra -n "__fish_seen_subcommand_from fsck" -l repair
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
@@ -38,9 +38,10 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-cert -r -d "c
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-key -r -d "its key"
 complete -c penumbra -n "__fish_seen_subcommand_from cert" -l cert -r -d "file for the certificate"
 complete -c penumbra -n "__fish_seen_subcommand_from cert" -l key -r -d "file for its key"
-complete -c penumbra -n "__fish_seen_subcommand_from token" -x -a "add list remove"
+complete -c penumbra -n "__fish_seen_subcommand_from token worker" -x -a "add list remove"
 complete -c penumbra -n "__fish_seen_subcommand_from token" -l scope -x -d "of submit, read, metrics, admin"
-complete -c penumbra -n "__fish_seen_subcommand_from token" -l output -r -d "file for the secret"
+complete -c penumbra -n "__fish_seen_subcommand_from token worker" -l output -r -d "file for the secret"
+complete -c penumbra -n "__fish_seen_subcommand_from serve worker" -l worker-keys -r -d "file of keys"
 complete -c penumbra -n "__fish_seen_subcommand_from config" -x -a "check"
 
 complete -c penumbra-worker -l connect -x -d "coordinator"
@@ -50,6 +51,7 @@ complete -c penumbra-worker -l isa -x -a "v2 v3 v4"
 complete -c penumbra-worker -l sandbox -x -a "require best-effort off"
 complete -c penumbra-worker -l asset-cache -x -d "MiB"
 complete -c penumbra-worker -l log-level -x -a "error warning info debug"
+complete -c penumbra-worker -l key-file -r -d "of penumbra worker add"
 complete -c penumbra-worker -l key-fd -x
 complete -c penumbra-worker -l parent-death -d "end with the parent"
 complete -c penumbra-worker -l help
