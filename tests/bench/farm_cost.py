@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the farm costs beside the rendering itself, on two million triangles (mesh_scene.py).
 
-    farm_cost.py [--pairs 21] [--width 720] [--samples 16] [--cpu-samples 512]
+    farm_cost.py [--pairs 21] [--width 800] [--samples 16] [--cpu-samples 512]
 
 scaling: the speed-up of 2 render processes against 1, over that which two pinned copies of the bare
 traversal of the scene's rays (limit.c) reach against one. core: the farm with 2 render processes
@@ -28,7 +28,7 @@ from figures import Page  # noqa: E402
 
 TESTS = farm.BIN.parent / "tests"
 CORES = 2
-COPIES_S = 0.8  # of a replay
+COPIES_S = 0.7  # of a replay
 
 
 class Copies:
@@ -107,7 +107,7 @@ def coordinator(doc):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for option, default in (("--pairs", 21), ("--width", 720), ("--samples", 16),
+    for option, default in (("--pairs", 21), ("--width", 800), ("--samples", 16),
                             ("--cpu-samples", 512)):
         parser.add_argument(option, type=int, default=default)
     options = parser.parse_args()

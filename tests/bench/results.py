@@ -26,8 +26,8 @@ PAGE, QUICK_PAGE = HERE / "RESULTS.md", ROOT / "build/RESULTS.md"
 # the minutes after which it is stopped.
 PARTS = [
     ("equal-error", "Time to an error that Cycles has with 64 and with 256 samples",
-     "tests/bench/equal_error.py --runs 3 --scale 0.2 --full 0.5",
-     "tests/bench/equal_error.py --runs 1 --samples 16 --scale 0.1 --full 0.1 gloss mesh", 20),
+     "tests/bench/equal_error.py --runs 3 --seeds 2 --scale 0.2 --full 0.5",
+     "tests/bench/equal_error.py --runs 1 --seeds 1 --samples 16 --scale 0.1 --full 0.1 gloss mesh", 20),
     ("equal-samples", "Samples a second beside Cycles and POV-Ray",
      "tests/bench/peers.py --runs 3 --scale 0.4",
      "tests/bench/peers.py --runs 1 --scale 0.1 --samples 16 gloss", 8),

@@ -8,6 +8,7 @@
 #include "tests/support/load.h"
 
 #include <getopt.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -151,16 +152,18 @@ static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels,
 	return plan;
 }
 
-/* One process's share: every processes-th unit from first on. */
+/* One process's share: the next unit, until none is left. */
 static void render_share(const struct pen_render_scene *scene, const struct plan *plan,
-	uint32_t first, uint32_t processes, float *results, struct pen_render_stats *ret_total)
+	_Atomic uint32_t *next, float *results, struct pen_render_stats *ret_total)
 {
+	uint32_t i;
+
 	struct pen_error err = PEN_ERROR_INIT;
 	struct pen_renderer *renderer;
 
 	if (pen_renderer_create(scene, &renderer, &err) < 0)
 		load_fail(err.text);
-	for (uint32_t i = first; i < plan->count; i += processes) {
+	while ((i = atomic_fetch_add(next, 1)) < plan->count) {
 		const struct item *item = &plan->items[plan->order[i]];
 		struct pen_render_stats stats;
 
@@ -185,13 +188,15 @@ static void *shared_memory(size_t size)
 static void render(const struct pen_render_scene *scene, const struct plan *plan,
 	uint32_t processes, float *results, struct pen_render_stats *totals)
 {
+	_Atomic uint32_t *next = shared_memory(sizeof *next);
+
 	for (uint32_t i = 0; i < processes; i++) {
 		const pid_t pid = fork();
 
 		if (pid < 0)
 			load_fail("cannot fork");
 		if (pid == 0) {
-			render_share(scene, plan, i, processes, results, &totals[i]);
+			render_share(scene, plan, next, results, &totals[i]);
 			_exit(0);
 		}
 	}
