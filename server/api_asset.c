@@ -164,7 +164,8 @@ void pen_api_assets_missing(
 
 	(void)parameters;
 	if (pen_json_parse(body->data ? body->data : "", body->size, &tree, &err) < 0) {
-		pen_exchange_problem(exchange, 400, err.text);
+		err.code = err.code == PEN_ENOMEM ? PEN_ENOMEM : PEN_EINVALID;
+		pen_exchange_error(exchange, &err);
 		return;
 	}
 	names = json_object_get(tree, "assets");

@@ -217,7 +217,7 @@ static int apply(struct pen_exchange *exchange, struct pen_job *job, struct pen_
 	r = pen_json_parse(
 		exchange->body.data ? exchange->body.data : "", exchange->body.size, &tree, err);
 	if (r < 0) {
-		err->code = PEN_EINVALID;
+		err->code = r == PEN_ENOMEM ? PEN_ENOMEM : PEN_EINVALID;
 		return r;
 	}
 	r = change_of(tree, &change, err);

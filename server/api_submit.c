@@ -117,16 +117,20 @@ static int read_glb(struct submit *submit)
 }
 
 /* The same request again has the same bytes; a GLB's are named in its scene. */
-static void take_key(struct submit *submit)
+static int take_key(struct submit *submit)
 {
 	struct pen_submission *submission = &submit->reading.submission;
 	const struct pen_buf *body = &submit->exchange->body;
+	int r = 0;
 
 	submission->has_key = submit->keyed.has_key;
 	submission->key = submit->keyed.key;
 	submission->key_body = submission->sha256;
 	if (submission->has_key && !submit->glb_scene)
-		(void)pen_sha256_of(body->data, body->size, &submission->key_body, NULL);
+		r = pen_sha256_of(body->data, body->size, &submission->key_body, &submit->err);
+	if (r < 0)
+		drop(submission);
+	return r;
 }
 
 static void read_body(uv_work_t *work)
@@ -141,7 +145,7 @@ static void read_body(uv_work_t *work)
 	if (submit->result == 0)
 		submit->result = check_assets(submit);
 	if (submit->result == 0)
-		take_key(submit);
+		submit->result = take_key(submit);
 }
 
 /* False when there is such a render already, or the request has been answered otherwise. */

@@ -154,8 +154,10 @@ static int read_tree(struct pen_shelf *shelf, const struct pen_sha256 *name, jso
 		return pen_error_set(err, PEN_EIO, "a kept scene cannot be read");
 	r = pen_json_parse(text, (size_t)size, ret_tree, err);
 	(void)munmap(text, (size_t)size);
-	if (r < 0)
+	if (r < 0 && r != PEN_ENOMEM)
 		return pen_error_set(err, PEN_EIO, "a kept scene is damaged");
+	if (r < 0)
+		return r;
 	remember(shelf, name, *ret_tree, (size_t)size);
 	return 0;
 }

@@ -23,7 +23,7 @@ void pen_buf_finish(struct pen_buf *buf)
 void pen_buf_clear(struct pen_buf *buf)
 {
 	buf->size = 0;
-	buf->failed = false;
+	buf->failed = buf->starved = false;
 	if (buf->data)
 		buf->data[0] = '\0';
 }
@@ -39,6 +39,7 @@ void *pen_buf_reserve(struct pen_buf *buf, size_t size)
 		capacity *= 2;
 	if (capacity != buf->capacity) {
 		data = realloc(buf->data, capacity);
+		buf->starved = !data;
 		if (!data)
 			goto fail;
 		buf->data = data;

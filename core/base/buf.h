@@ -14,7 +14,8 @@ struct pen_buf {
 	size_t size;
 	size_t capacity;
 	size_t max;
-	bool failed; /* an append was refused; later ones are too */
+	bool failed;  /* an append was refused; later ones are too */
+	bool starved; /* for lack of memory */
 };
 
 void pen_buf_init(struct pen_buf *buf, size_t max);

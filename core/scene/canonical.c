@@ -248,10 +248,11 @@ int pen_json_canonical(const json_t *tree, struct pen_buf *out, struct pen_error
 {
 	int r = write_value(tree, 0, out, err);
 
-	if (r == 0 && out->failed)
-		r = pen_error_set(
-			err, PEN_ELIMIT, "the canonical text has more than %zu bytes", out->max);
-	return r;
+	if (!out->failed)
+		return r;
+	return out->starved ? pen_error_memory(err)
+			    : pen_error_set(err, PEN_ELIMIT,
+				      "the canonical text has more than %zu bytes", out->max);
 }
 
 /* RFC 7396, section 2; its depth is that of the patch. False when memory runs out. */
