@@ -22,10 +22,19 @@ SECONDS = os.environ.get("PEN_LONG_SECONDS", "1800")
 def figures(text):
     """How many renders were accepted, and what struck how often."""
     if WHAT == "power":
-        found = re.search(r"(\d+) power cuts, (\d+) renders", text)
-        return (found[2], f"cut {found[1]}") if found else ("", "")
+        found = re.search(r"(\d+) power cuts, (\d+) renders.*\n(rounds .*)", text)
+        return (found[2], f"cut {found[1]}, {found[3]}") if found else ("", "")
     found = re.search(r"^\{(.*)\} (\d+) renders$", text, flags=re.M)
     return (found[2], found[1].replace("'", "").replace(":", "").replace(",", "")) if found else ("", "")
+
+
+def first_round(rows):
+    """Of the power cuts, after the last one that passed."""
+    for row in reversed(rows):
+        found = re.search(r"rounds \d+-(\d+) of (\d+)", row["fired"])
+        if found and row["passed"] == "yes":
+            return 1 + int(found[1]) % int(found[2])
+    return 1
 
 
 def main():
@@ -33,13 +42,14 @@ def main():
     rows = list(csv.DictReader(path.open())) if path.exists() else []
     seed = 1 + max((int(row["seed"]) for row in rows), default=0)
     name = f"PEN_{WHAT.upper()}"
-    run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-rP", f"tests/chaos/test_{WHAT}.py"], cwd=ROOT, check=False,
-        env={**os.environ, f"{name}_SEED": str(seed), f"{name}_SECONDS": SECONDS},
-        stdout=subprocess.PIPE, text=True)
-    print(run.stdout, end="")
     head = ["git", "-c", "safe.directory=*", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(head, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rP", f"tests/chaos/test_{WHAT}.py"], cwd=ROOT, check=False,
+        env={"PEN_POWER_FIRST": str(first_round(rows)), **os.environ, f"{name}_SEED": str(seed),
+             f"{name}_SECONDS": SECONDS},
+        stdout=subprocess.PIPE, text=True)
+    print(run.stdout, end="")
     renders, fired = figures(run.stdout)
     rows.append(dict(zip(COLUMNS, [commit.strip(), datetime.date.today().isoformat(), seed, SECONDS,
                                    renders, fired, "no" if run.returncode else "yes"])))

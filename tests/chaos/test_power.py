@@ -4,13 +4,16 @@ power cut leaves of it: nothing that was acknowledged is missing, and no bit of 
 
 Each round runs a scenario (renders accepted, finished, cancelled and removed) until the call whose
 turn it is, and starts again; every third round dies once more while it recovers. PEN_POWER_SECONDS
-chooses how long, PEN_POWER_SEED other rounds; what was cut is printed.
+chooses how long, PEN_POWER_SEED other rounds; what was cut is printed. With PEN_POWER_FIRST it goes
+through all there are, from that one on: at each call a death that the disk knows nothing of and one
+that it does, and a second one at each call of a recovery.
 """
 import contextlib
 import http.client
 import json
 import os
 import random
+import shutil
 import subprocess
 import time
 
@@ -19,6 +22,7 @@ import scene
 
 SECONDS = float(os.environ.get("PEN_POWER_SECONDS", 60))
 SEED = int(os.environ.get("PEN_POWER_SEED", 1))
+FIRST = int(os.environ.get("PEN_POWER_FIRST", 0))
 SHIM = farm.BIN.parent / "tests/power.so"
 
 
@@ -115,6 +119,7 @@ def check(service, history, wanted):
 
 
 def one_round(directory, at, seed, wanted, again):
+    """seed: None when the disk keeps everything; again: the call of the recovery, or 0."""
     history = History()
     with Cut(1, "--tile", 16, data=directory) as service:
         service.stop()
@@ -124,7 +129,7 @@ def one_round(directory, at, seed, wanted, again):
                 until_it_dies(service, history)
         service.reap()
         if again:
-            service.at = 1 + seed % 40
+            service.at = again
             service.start_and_perhaps_die()
             service.reap()
         service.at = None
@@ -139,7 +144,7 @@ def one_round(directory, at, seed, wanted, again):
 
 
 def undisturbed(directory):
-    """The images of the scenario's renders, and how many calls it makes in all."""
+    """The images of the scenario's renders, how many calls it makes in all, and a recovery."""
     count = directory / "count"
     wanted = {}
     with Cut(1, "--tile", 16, data=directory / "plain") as service:
@@ -154,21 +159,51 @@ def undisturbed(directory):
             render = service.submit(body)
             service.wait(render)
             wanted[json.dumps(body)] = images(service, render)
-    return wanted, int(count.read_text())
+    calls = int(count.read_text())
+    with Cut(1, "--tile", 16, data=directory / "half") as service:
+        service.stop()
+        service.at = calls // 2
+        service.start()
+        with contextlib.suppress(*DEATHS, AssertionError):
+            until_it_dies(service, History())
+        service.reap()
+        service.at, service.count = 1 << 60, count
+        service.start()
+        service.stop()
+    return wanted, calls, int(count.read_text())
+
+
+def some(calls, recovery, draw):
+    order = draw.sample(range(1, calls + 1), calls)
+    return [(at, True, draw.randint(1, recovery) if number % 3 == 2 else 0)
+            for number, at in enumerate(order)]
+
+
+def every(calls, recovery):
+    """(call, whether the disk loses what it may, call of the recovery or 0)."""
+    once = [(at, loses, 0) for at in range(1, calls + 1) for loses in (False, True)]
+    # What there is to recover is another thing each time.
+    twice = [(1 + again * calls // (recovery + 1), loses, again)
+             for again in range(1, recovery + 1) for loses in (False, True)]
+    return once + twice
 
 
 def test_power_cuts(tmp_path):
     """Broken by an answer before its fsync, a file that is trusted before its directory is synced, or
     a recovery that cannot be interrupted."""
-    wanted, calls = undisturbed(tmp_path)
-    draw = random.Random(SEED)
-    order = draw.sample(range(1, calls + 1), calls)
-    end = time.monotonic() + SECONDS
+    wanted, calls, recovery = undisturbed(tmp_path)
+    draw, end = random.Random(SEED), time.monotonic() + SECONDS
+    order = every(calls, recovery) if FIRST else some(calls, recovery, draw)
+    first = min(max(FIRST, 1), len(order))
     rounds = kept = 0
-    while order and time.monotonic() < end:
-        at, seed = order.pop(), draw.randrange(1, 1 << 30)
-        print(f"call {at} of {calls}, seed {seed}", flush=True)
-        kept += one_round(tmp_path / f"round-{rounds}", at, seed, wanted, rounds % 3 == 2)
+    for at, loses, again in order[first - 1:]:
+        seed = draw.randrange(1, 1 << 30) if loses else None
+        print(f"call {at} of {calls}, seed {seed}, then {again} of {recovery}", flush=True)
+        kept += one_round(tmp_path / "round", at, seed, wanted, again)
+        shutil.rmtree(tmp_path / "round")
         rounds += 1
+        if time.monotonic() > end:
+            break
     print(f"{rounds} power cuts, {kept} renders were accepted before them")
-    assert rounds >= 3 and kept > 0
+    print(f"rounds {first}-{first + rounds - 1} of {len(order)}")
+    assert rounds >= min(3, len(order)) and (kept > 0 or FIRST)

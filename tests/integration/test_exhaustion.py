@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A coordinator that runs out of descriptors."""
+"""A coordinator that runs out of descriptors, or of memory."""
+import concurrent.futures
 import contextlib
+import json
 import pathlib
+import resource
 import socket
 import time
 
@@ -43,3 +46,45 @@ def answers(service):
         return service.request("GET", "/livez", timeout=2).status == 200
     except OSError:
         return False
+
+
+SPARE = 24 << 20
+HUNGRY = 40000 # objects; their tree takes more than SPARE
+
+
+def limit_memory(service, more=None):
+    """Of address space the coordinator alone gets so much more than it has, or again any."""
+    pages = int(pathlib.Path(f"/proc/{service.server.pid}/statm").read_text().split()[0])
+    hard = resource.prlimit(service.server.pid, resource.RLIMIT_AS)[1]
+    soft = hard if more is None else pages * resource.getpagesize() + more
+    resource.prlimit(service.server.pid, resource.RLIMIT_AS, (soft, hard))
+
+
+def post(service, text):
+    """The status, or 0 when the connection was dropped."""
+    try:
+        return service.request("POST", "/v1/renders", text, {"Content-Type": "application/json"}).status
+    except OSError:
+        return 0
+
+
+def test_more_scenes_than_memory():
+    """Broken by a coordinator that ends, or spins, where a scene finds no memory; by a refusal that
+    blames the scene; by a render that suffers; or by a lack that lasts."""
+    body = scene.build(64, 48, 600, [scene.sphere()], background=0.5)
+    hungry = json.dumps(scene.build(64, 48, 1, [scene.sphere([n, 0, 0]) for n in range(HUNGRY)]))
+    with farm.Farm(1, "--tile", 16) as service:
+        undisturbed = service.render(body)
+        limit_memory(service, SPARE)
+        render = service.submit(body)
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            found = list(pool.map(lambda _: post(service, hungry), range(8)))
+        assert set(found) <= {0, 503} and 503 in found, found
+        service.wait(render)
+        assert service.image(render) == undisturbed
+        begin, used = time.monotonic(), ticks(service.server.pid)
+        time.sleep(2)
+        share = (ticks(service.server.pid) - used) / 100 / (time.monotonic() - begin)
+        assert share < 0.2, f"{share:.0%} of a core"
+        limit_memory(service)
+        service.wait(service.submit(hungry))
