@@ -54,6 +54,7 @@ PARTS = [
 ]
 # The order in which they are run: the longest last, so that the others are there without it.
 LAST = ("scaling", "equal-samples", "equal-error")
+INTERRUPTED = "interrupted"
 
 INTRODUCTION = """# Results
 
@@ -95,31 +96,32 @@ def machine():
 
 
 def run(command, minutes):
-    """What a command printed, and its exit code; None when it was stopped, with all its processes."""
+    """What a command printed, and why it did not end well, or "". A stop ends all its processes."""
     words = shlex.split(command)
     program = ["/usr/bin/python3"] if words[0].endswith(".py") else []
     process = subprocess.Popen([*program, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True, cwd=ROOT, start_new_session=True)
     try:
         output, errors = process.communicate(timeout=60 * minutes)
-        return output, errors, process.returncode
-    except subprocess.TimeoutExpired:
+        code = process.returncode
+        why = f"exit code {code}: something promised does not hold" if code else ""
+    except (subprocess.TimeoutExpired, KeyboardInterrupt) as stop:
         os.killpg(process.pid, signal.SIGKILL)
-        return *process.communicate(), None
+        output, errors = process.communicate()
+        why = INTERRUPTED if isinstance(stop, KeyboardInterrupt) else f"stopped after {minutes} min"
+    tail = errors.strip().splitlines()[-3:] if why else []
+    return output.rstrip() or "no output", "\n".join([why, *tail]).strip()
 
 
 def measure(title, command, minutes):
-    """A section's text without what is told below the figures, and whether what it promises holds."""
+    """A section's text without what is told below the figures, what is wrong, and its seconds."""
     about, start = machine(), time.monotonic()
-    output, errors, code = run(command, minutes)
-    text = output.rstrip() or "no output"
-    if code != 0:
-        why = (f"stopped after {minutes} minutes" if code is None else
-               f"exit code {code}: something promised does not hold")
-        text += "\n\n" + "\n".join([why, *errors.strip().splitlines()[-3:]])
+    text, why = run(command, minutes)
     seconds = time.monotonic() - start
-    return (f"## {title}\n\n{about}; {seconds:.0f} s.\n\n```\n$ {command}\n{text}\n```\n",
-            code == 0, seconds)
+    if why:
+        text += f"\n\n{why}"
+    return (f"## {title}\n\n{about}; {seconds:.0f} s.\n\n```\n$ {command}\n{text}\n```\n", why,
+            seconds)
 
 
 def sections(page):
@@ -143,20 +145,22 @@ def main():
     if not set(wanted) <= set(names):
         sys.exit(f"{__doc__}\nNAME: {', '.join(names)}")
     page = QUICK_PAGE if quick else PAGE
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     known, holds = sections(page), True
     for name, title, command, small, minutes in sorted(
             PARTS, key=lambda part: LAST.index(part[0]) if part[0] in LAST else -1):
         if name not in wanted:
             continue
-        text, good, seconds = measure(title, small if quick else command, minutes)
-        print(f"{name:14}{seconds:6.0f} s  {'holds' if good else 'something does not hold'}",
-              flush=True)
+        text, why, seconds = measure(title, small if quick else command, minutes)
+        print(f"{name:14}{seconds:6.0f} s  {why.partition(chr(10))[0] or 'holds'}", flush=True)
         notes = told(known.get(title))
         known[title] = f"{text}\n{notes}\n" if notes else text
-        holds &= good
+        holds &= not why
         found = [known[title] for _, title, *_ in PARTS if title in known]
         kept = [text for title, text in known.items() if title not in {t for _, t, *_ in PARTS}]
         page.write_text("\n".join([INTRODUCTION, *found, *kept]))
+        if why.startswith(INTERRUPTED):
+            break
     return int(not holds)
 
 

@@ -156,10 +156,9 @@ static struct plan make_plan(const struct pen_tiling *tiling, uint32_t channels,
 static void render_share(const struct pen_render_scene *scene, const struct plan *plan,
 	_Atomic uint32_t *next, float *results, struct pen_render_stats *ret_total)
 {
-	uint32_t i;
-
 	struct pen_error err = PEN_ERROR_INIT;
 	struct pen_renderer *renderer;
+	uint32_t i;
 
 	if (pen_renderer_create(scene, &renderer, &err) < 0)
 		load_fail(err.text);
