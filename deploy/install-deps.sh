@@ -19,7 +19,7 @@ packages=(
     protobuf-c-compiler         # protoc-c, which makes their code
     libsqlite3-dev              # the store of jobs and tiles
     libxxhash-dev               # checksums of frames and tiles
-    libgnutls28-dev             # SHA-256
+    libgnutls28-dev             # TLS of HTTP and of workers, certificates, SHA-256
     libseccomp-dev              # the sandbox of encoder and scene processes
     libcurl4-gnutls-dev         # the command-line client
     libsystemd-dev              # readiness, watchdog and sockets of a service manager
