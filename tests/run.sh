@@ -112,7 +112,8 @@ run_all() {
     pytest_suite web 90 tests/web
     pytest_suite stat-images 180 tests/stat
     for isa in v2 v3; do # the best there is was above
-        PEN_ISA=$isa pytest_suite stat-images-$isa 180 tests/stat
+        PEN_ISA=$isa pytest_suite stat-images-$isa 90 tests/stat/test_furnace.py \
+            tests/stat/test_irradiance.py
     done
     pytest_suite gltf 120 tests/gltf
     PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite pictures-asan 180 \

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A full disk, and what is removed before it is one."""
+import errno
 import os
 import subprocess
 import time
@@ -37,7 +38,14 @@ def fill(disk, but):
     """Takes all room but so many bytes; the file to remove for it."""
     filler = disk / "filler"
     with open(filler, "wb") as file:
-        os.posix_fallocate(file.fileno(), 0, free(disk) - but)
+        while True:
+            try:
+                os.posix_fallocate(file.fileno(), 0, free(disk) - but)
+                break
+            except OSError as error:  # frames have taken some of it since
+                if error.errno != errno.ENOSPC:
+                    raise
+                file.truncate(0)
     return filler
 
 
