@@ -50,9 +50,9 @@ def test_a_render_outlives_a_node_and_a_preemption(slurm):
     """Breaks when the batch script starts no worker, when a node's death changes or loses the image, or
     when a preempted worker drops what it is at."""
     with Farm(processes=2) as farm:
-        undisturbed = farm.render(scene(256), 90)
+        undisturbed = farm.render(scene(768), 90)
     with Farm(processes=0) as farm:
-        render = farm.submit(scene(256))
+        render = farm.submit(scene(768))
         wait_for(lambda: farm.get("/v1/farm")["queue_depth"] > 2, 20, "a queue")
         # What would be done, and then doing it.
         printed = scale(slurm, farm, "--units=1", "--max=2", "--dry-run")
