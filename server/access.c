@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/access.h"
+#include "server/complaint.h"
 
 #include "server/config.h"
 #include "server/data_dir.h"
@@ -15,8 +16,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { CODE_OK, CODE_FAILED, CODE_USAGE };
 
 static const char token_usage[] =
 	"usage: penumbra token add NAME [--scope LIST] [--output FILE]\n"
@@ -55,18 +54,6 @@ struct request {
 	bool help;
 };
 
-static int complain(const char *command, const char *text)
-{
-	(void)fprintf(stderr, "penumbra: %s\nSee `penumbra %s --help`.\n", text, command);
-	return CODE_USAGE;
-}
-
-static int fail(const struct pen_error *err)
-{
-	(void)fprintf(stderr, "penumbra: %s\n", err->text);
-	return CODE_FAILED;
-}
-
 static int take_option(struct request *request, int option, struct pen_error *err)
 {
 	switch (option) {
@@ -103,7 +90,7 @@ static bool is_verb(const char *verb)
 	return strcmp(verb, "add") == 0 || strcmp(verb, "list") == 0 || strcmp(verb, "remove") == 0;
 }
 
-/* CODE_OK when there is something to do; help has been printed else. */
+/* PEN_COMMAND_OK when there is something to do; help has been printed else. */
 static int parse(int argc, char **argv, const struct option *options, const char *help,
 	struct request *request)
 {
@@ -113,20 +100,20 @@ static int parse(int argc, char **argv, const struct option *options, const char
 	optind = 1;
 	while ((option = getopt_long(argc, argv, ":", options, NULL)) != -1)
 		if (take_option(request, option, &err) < 0)
-			return complain(argv[0], err.text);
+			return pen_complain_usage(argv[0], err.text);
 	if (request->help) {
 		(void)fputs(help, stdout);
-		return CODE_OK;
+		return PEN_COMMAND_OK;
 	}
 	if (argc - optind < 1 || argc - optind > 2)
-		return complain(argv[0], "add NAME, list or remove NAME is missing");
+		return pen_complain_usage(argv[0], "add NAME, list or remove NAME is missing");
 	request->verb = argv[optind];
 	request->name = argc - optind == 2 ? argv[optind + 1] : NULL;
 	if ((strcmp(request->verb, "list") == 0) != (request->name == NULL))
-		return complain(argv[0], "add and remove take a name, list takes none");
+		return pen_complain_usage(argv[0], "add and remove take a name, list takes none");
 	if (!is_verb(request->verb))
-		return complain(argv[0], "this takes add, list or remove");
-	return CODE_OK;
+		return pen_complain_usage(argv[0], "this takes add, list or remove");
+	return PEN_COMMAND_OK;
 }
 
 /* To a new file of the caller's alone, or to standard output. */
@@ -262,8 +249,8 @@ static int run(struct request *request, const char *usual_file,
 
 	(void)umask(077);
 	if (find_file(request, usual_file, &err) < 0 || change(request, &err) < 0)
-		return fail(&err);
-	return CODE_OK;
+		return pen_complain(&err);
+	return PEN_COMMAND_OK;
 }
 
 int pen_access_token(int argc, char **argv)
@@ -274,7 +261,8 @@ int pen_access_token(int argc, char **argv)
 	struct request request = {0};
 	int code = parse(argc, argv, options, token_usage, &request);
 
-	return code == CODE_OK && !request.help ? run(&request, "tokens", change_tokens) : code;
+	return code == PEN_COMMAND_OK && !request.help ? run(&request, "tokens", change_tokens)
+						       : code;
 }
 
 int pen_access_worker(int argc, char **argv)
@@ -286,6 +274,7 @@ int pen_access_worker(int argc, char **argv)
 	struct request request = {0};
 	int code = parse(argc, argv, options, worker_usage, &request);
 
-	return code == CODE_OK && !request.help ? run(&request, "worker-keys", change_workers)
-						: code;
+	return code == PEN_COMMAND_OK && !request.help
+		       ? run(&request, "worker-keys", change_workers)
+		       : code;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/access.h"
 #include "server/certificate.h"
+#include "server/complaint.h"
 #include "server/config.h"
 #include "server/data_dir.h"
 
@@ -9,8 +10,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { CODE_OK, CODE_FAILED, CODE_USAGE };
 
 static const char cert_usage[] =
 	"usage: penumbra cert [OPTION]... HOST...\n"
@@ -26,18 +25,6 @@ struct request {
 	char data[PATH_MAX], cert[PATH_MAX], key[PATH_MAX];
 	bool help;
 };
-
-static int complain(const char *text)
-{
-	(void)fprintf(stderr, "penumbra: %s\nSee `penumbra cert --help`.\n", text);
-	return CODE_USAGE;
-}
-
-static int fail(const struct pen_error *err)
-{
-	(void)fprintf(stderr, "penumbra: %s\n", err->text);
-	return CODE_FAILED;
-}
 
 static int take_path(const char *text, char *ret_path, struct pen_error *err)
 {
@@ -106,21 +93,22 @@ int pen_access_cert(int argc, char **argv)
 	optind = 1;
 	while ((option = getopt_long(argc, argv, ":", options, NULL)) != -1)
 		if (take_option(&request, option, &err) < 0)
-			return complain(err.text);
+			return pen_complain_usage("cert", err.text);
 	if (request.help) {
 		(void)fputs(cert_usage, stdout);
-		return CODE_OK;
+		return PEN_COMMAND_OK;
 	}
 	if (optind == argc)
-		return complain("HOST is missing: what the coordinator is reached by");
+		return pen_complain_usage(
+			"cert", "HOST is missing: what the coordinator is reached by");
 	(void)umask(022);
 	if (find_files(&request, &err) < 0 ||
 		pen_certificate_make((const char *const *)argv + optind, (size_t)(argc - optind),
 			request.cert, request.key, fingerprint, &err) < 0)
-		return fail(&err);
+		return pen_complain(&err);
 	hand_over(request.cert);
 	hand_over(request.key);
 	(void)printf("--tls-cert %s --tls-key %s\n", request.cert, request.key);
 	(void)fprintf(stderr, "SHA-256 of the certificate: %s\n", fingerprint);
-	return CODE_OK;
+	return PEN_COMMAND_OK;
 }

@@ -2,6 +2,7 @@
 #include "server/care.h"
 
 #include "server/backup.h"
+#include "server/complaint.h"
 #include "server/config.h"
 #include "server/data_dir.h"
 #include "server/fsck.h"
@@ -13,8 +14,6 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { CODE_OK, CODE_FAILED, CODE_USAGE };
 
 static const char fsck_usage[] =
 	"usage: penumbra fsck [--data DIR] [--repair]\n"
@@ -46,19 +45,7 @@ struct request {
 	bool repair, help;
 };
 
-static int complain(const char *command, const char *text)
-{
-	(void)fprintf(stderr, "penumbra: %s\nSee `penumbra %s --help`.\n", text, command);
-	return CODE_USAGE;
-}
-
-static int fail(const struct pen_error *err)
-{
-	(void)fprintf(stderr, "penumbra: %s\n", err->text);
-	return CODE_FAILED;
-}
-
-/* CODE_OK when there is something to do; help has been printed else. */
+/* PEN_COMMAND_OK when there is something to do; help has been printed else. */
 static int parse(int argc, char **argv, int operands, struct request *request)
 {
 	static const struct option options[] = {{"data", required_argument, NULL, 'd'},
@@ -69,23 +56,23 @@ static int parse(int argc, char **argv, int operands, struct request *request)
 	optind = 1;
 	while ((option = getopt_long(argc, argv, ":", options, NULL)) != -1) {
 		if (option == 'd' && pen_config_parse_data(optarg, request->data, &err) < 0)
-			return complain(argv[0], err.text);
+			return pen_complain_usage(argv[0], err.text);
 		request->repair = request->repair || option == 'r';
 		request->help = request->help || option == 'h';
 		if (option == '?' || option == ':' || (option == 'r' && operands > 0))
-			return complain(argv[0], "unknown or incomplete option");
+			return pen_complain_usage(argv[0], "unknown or incomplete option");
 	}
 	if (request->help) {
 		(void)fputs(request->usage, stdout);
-		return CODE_OK;
+		return PEN_COMMAND_OK;
 	}
 	if (argc - optind != operands)
-		return complain(argv[0],
+		return pen_complain_usage(argv[0],
 			operands > 0 ? "one directory is to be named" : "this takes options only");
 	request->operand = operands > 0 ? argv[optind] : NULL;
 	if (request->data[0] == '\0' && pen_config_default_data(request->data, &err) < 0)
-		return complain(argv[0], err.text);
-	return CODE_OK;
+		return pen_complain_usage(argv[0], err.text);
+	return PEN_COMMAND_OK;
 }
 
 static void print_fault(const char *sentence)
@@ -100,7 +87,7 @@ static int print_report(const struct pen_fsck_report *report)
 	if (report->repaired > 0)
 		(void)printf(", %" PRIu64 " renders will be rendered again", report->repaired);
 	(void)printf("\n");
-	return report->faults == 0 ? CODE_OK : CODE_FAILED;
+	return report->faults == 0 ? PEN_COMMAND_OK : PEN_COMMAND_FAILED;
 }
 
 int pen_care_fsck(int argc, char **argv)
@@ -111,14 +98,14 @@ int pen_care_fsck(int argc, char **argv)
 	struct pen_error err;
 	int code = parse(argc, argv, 0, &request), r;
 
-	if (code != CODE_OK || request.help)
+	if (code != PEN_COMMAND_OK || request.help)
 		return code;
 	r = pen_data_dir_lock(&data, request.data, &err);
 	if (r < 0)
-		return fail(&err);
+		return pen_complain(&err);
 	r = pen_fsck(request.data, request.repair, &report, &err);
 	pen_data_dir_close(&data);
-	return r < 0 ? fail(&err) : print_report(&report);
+	return r < 0 ? pen_complain(&err) : print_report(&report);
 }
 
 int pen_care_backup(int argc, char **argv)
@@ -128,11 +115,11 @@ int pen_care_backup(int argc, char **argv)
 	struct pen_error err;
 	int code = parse(argc, argv, 1, &request);
 
-	if (code != CODE_OK || request.help)
+	if (code != PEN_COMMAND_OK || request.help)
 		return code;
 	if (pen_backup(request.data, request.operand, &err) < 0 ||
 		pen_fsck(request.operand, false, &report, &err) < 0)
-		return fail(&err);
+		return pen_complain(&err);
 	return print_report(&report);
 }
 
@@ -143,13 +130,13 @@ int pen_care_restore(int argc, char **argv)
 	struct pen_error err;
 	int code = parse(argc, argv, 1, &request);
 
-	if (code != CODE_OK || request.help)
+	if (code != PEN_COMMAND_OK || request.help)
 		return code;
 	if (pen_fsck(request.operand, false, &report, &err) < 0)
-		return fail(&err);
+		return pen_complain(&err);
 	if (report.faults > 0)
 		return print_report(&report);
 	if (pen_backup(request.operand, request.data, &err) < 0)
-		return fail(&err);
+		return pen_complain(&err);
 	return print_report(&report);
 }
