@@ -3,10 +3,12 @@
 """Goes on with the chaos run, or (PEN_LONG=power, wire) with the power cuts or the spoiled wires, and
 adds a row to the results.
 
-PEN_LONG_SECONDS chooses how long (default 1800); the seed is that of the last row and one.
+PEN_LONG_SECONDS chooses how long (default 1800). The seed is that of the last row and one, or
+PEN_LONG_SEED, with which several can go on side by side.
 """
 import csv
 import datetime
+import fcntl
 import os
 import pathlib
 import re
@@ -37,10 +39,21 @@ def first_round(rows):
     return 1
 
 
+def add(path, row):
+    """To what others may have added in the meantime."""
+    with path.open("a+", newline="") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.seek(0, os.SEEK_END)
+        if not file.tell():
+            csv.writer(file, lineterminator="\n").writerow(COLUMNS)
+        csv.writer(file, lineterminator="\n").writerow(row)
+
+
 def main():
     path = ROOT / f"tests/results/{WHAT}.csv"
     rows = list(csv.DictReader(path.open())) if path.exists() else []
-    seed = 1 + max((int(row["seed"]) for row in rows), default=0)
+    seed = int(os.environ.get("PEN_LONG_SEED") or
+               1 + max((int(row["seed"]) for row in rows), default=0))
     name = f"PEN_{WHAT.upper()}"
     head = ["git", "-c", "safe.directory=*", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(head, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
@@ -51,12 +64,8 @@ def main():
         stdout=subprocess.PIPE, text=True)
     print(run.stdout, end="")
     renders, fired = figures(run.stdout)
-    rows.append(dict(zip(COLUMNS, [commit.strip(), datetime.date.today().isoformat(), seed, SECONDS,
-                                   renders, fired, "no" if run.returncode else "yes"])))
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    add(path, [commit.strip(), datetime.date.today().isoformat(), seed, SECONDS, renders, fired,
+               "no" if run.returncode else "yes"])
     return run.returncode
 
 

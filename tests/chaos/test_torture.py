@@ -118,6 +118,17 @@ class Image(Path):
         return max(answers, key=lambda answer: answer.status)
 
 
+class Missing(Path):
+    """Which assets of a list are there: none."""
+
+    def walk(self, given):
+        names = [f"sha256:{number:064x}" for number in range(8)]
+        found = self.service.request("POST", "/v1/assets/missing", json.dumps({"assets": names}),
+                                     {"Content-Type": "application/json"})
+        assert found.status != 200 or json.loads(found.body) == {"missing": names}
+        return found
+
+
 class Remove(Path):
     def prepare(self):
         render = self.render()
@@ -142,7 +153,8 @@ class Change(Path):
         return max(answers, key=lambda answer: answer.status)
 
 
-PATHS = {kind.__name__.lower(): kind for kind in (Submit, Render, Poll, Image, Remove, Change)}
+PATHS = {kind.__name__.lower(): kind for kind in (
+    Submit, Render, Poll, Image, Missing, Remove, Change)}
 
 
 def numbers(calls):

@@ -35,7 +35,8 @@ class Namespace:
 
     def __init__(self, number, target, seed):
         self.name, self.cable = f"pen-{os.getpid()}-{number}", f"pen{os.getpid() % 10000}.{number}"
-        here, there = f"10.199.{number}.1", f"10.199.{number}.2"
+        network = f"10.199.{2 * (SEED % 100) + number}" # those of other seeds may go on beside it
+        here, there = f"{network}.1", f"{network}.2"
         ip("netns", "add", self.name)
         ip("link", "add", self.cable, "type", "veth", "peer", "name", "eth0", "netns", self.name)
         ip("addr", "add", f"{here}/24", "dev", self.cable)
