@@ -132,7 +132,28 @@ void pen_api_asset_get(struct pen_exchange *exchange, const struct pen_api_param
 	pen_exchange_answer(exchange, &answer);
 }
 
-/* NULL after a name that is none. */
+/* Whether the body is {"assets": [...]} with names of assets alone, and not too many. */
+static bool are_names(const json_t *tree, json_t *names)
+{
+	struct pen_sha256 sha256;
+	json_t *name;
+	size_t index;
+
+	if (json_object_size(tree) != 1 || !json_is_array(names) ||
+		json_array_size(names) > PEN_ASSETS_MAX)
+		return false;
+	json_array_foreach (names, index, name) {
+		const char *text = json_string_value(name);
+
+		if (json_string_length(name) != strlen(prefix) + PEN_SHA256_TEXT - 1 ||
+			strncmp(text, prefix, strlen(prefix)) != 0 ||
+			!pen_sha256_parse(text + strlen(prefix), &sha256))
+			return false;
+	}
+	return true;
+}
+
+/* NULL without memory. */
 static json_t *missing_of(const char *dir, json_t *names)
 {
 	json_t *list = json_array(), *name;
@@ -140,14 +161,7 @@ static json_t *missing_of(const char *dir, json_t *names)
 	size_t index;
 
 	json_array_foreach (names, index, name) {
-		const char *text = json_string_value(name);
-
-		if (json_string_length(name) != strlen(prefix) + PEN_SHA256_TEXT - 1 ||
-			strncmp(text, prefix, strlen(prefix)) != 0 ||
-			!pen_sha256_parse(text + strlen(prefix), &sha256)) {
-			json_decref(list);
-			return NULL;
-		}
+		pen_sha256_parse(json_string_value(name) + strlen(prefix), &sha256);
 		if (!pen_asset_file_touch(dir, &sha256))
 			pen_tree_append(&list, json_incref(name));
 	}
@@ -159,7 +173,7 @@ void pen_api_assets_missing(
 {
 	const struct pen_buf *body = &exchange->body;
 	struct pen_error err = PEN_ERROR_INIT;
-	json_t *tree = NULL, *names, *missing = NULL;
+	json_t *tree = NULL, *names, *answered;
 	struct pen_answer answer;
 
 	(void)parameters;
@@ -169,15 +183,15 @@ void pen_api_assets_missing(
 		return;
 	}
 	names = json_object_get(tree, "assets");
-	if (json_object_size(tree) == 1 && json_is_array(names) &&
-		json_array_size(names) <= PEN_ASSETS_MAX)
-		missing = missing_of(exchange->api->assets_dir, names);
-	if (missing)
-		pen_answer_json(&answer, 200, json_pack("{s:o}", "missing", missing));
-	else
+	if (are_names(tree, names)) {
+		answered = json_object();
+		pen_tree_set(&answered, "missing", missing_of(exchange->api->assets_dir, names));
+		pen_answer_json(&answer, 200, answered);
+	} else {
 		pen_answer_problem(&answer, 400,
 			"the body must be {\"assets\": […]}, with at most 4096 names like "
 			"\"sha256:\" and 64 lower-case hex digits");
+	}
 	json_decref(tree);
 	pen_exchange_answer(exchange, &answer);
 }
