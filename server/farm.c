@@ -70,6 +70,12 @@ static bool is_local(const struct worker *worker)
 	return strcmp(pen_link_name(worker->link), PEN_MUSTER_LOCAL) == 0;
 }
 
+/* One that is the worker's own from one connection to the next. */
+static bool has_lasting_key(const struct worker *worker)
+{
+	return pen_link_name(worker->link)[0] != '\0' && !is_local(worker);
+}
+
 static uint32_t count_welcomed(const struct pen_farm *farm)
 {
 	uint32_t count = 0;
@@ -114,8 +120,8 @@ static void replace_twin(const struct worker *worker)
 	const char *name = pen_link_name(worker->link);
 
 	for (struct worker *other = worker->farm->workers; other; other = other->next)
-		if (other != worker && other->shown.id != 0 && name[0] != '\0' &&
-			!is_local(worker) && strcmp(pen_link_name(other->link), name) == 0) {
+		if (other != worker && other->shown.id != 0 && has_lasting_key(worker) &&
+			strcmp(pen_link_name(other->link), name) == 0) {
 			pen_log(PEN_LOG_WARNING, "worker %llu gives way to another with the key %s",
 				(unsigned long long)other->shown.id, name);
 			pen_link_close(other->link);
@@ -137,13 +143,16 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 	}
 	replace_twin(worker);
 	worker->shown.id = ++farm->id_last;
+	worker->shown.quarantined = has_lasting_key(worker) &&
+				    pen_muster_is_barred(farm->muster, worker->key);
 	welcome.u.welcome = (struct pen_msg_welcome){worker->shown.id, PEN_HEARTBEAT_MS};
 	pen_link_send(worker->link, &welcome);
-	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s",
+	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s%s",
 		(unsigned long long)worker->shown.id, worker->shown.name, worker->shown.address,
-		worker->shown.processes, worker->shown.equivalence_class);
+		worker->shown.processes, worker->shown.equivalence_class,
+		worker->shown.quarantined ? ", in quarantine: its pixels were wrong before" : "");
 	added = (struct pen_sched_worker){worker->shown.id, worker->shown.processes,
-		worker->shown.equivalence_class, is_local(worker)};
+		worker->shown.equivalence_class, is_local(worker), worker->shown.quarantined};
 	if (pen_dispatch_add_worker(farm->dispatch, &added, NULL) < 0)
 		pen_link_close(worker->link);
 }
@@ -439,6 +448,8 @@ static void note_quarantine(void *user, uint64_t id, enum pen_dispatch_custody c
 	if (!worker)
 		return;
 	worker->shown.quarantined = custody != PEN_CUSTODY_NONE;
+	if (custody == PEN_CUSTODY_LIAR && has_lasting_key(worker))
+		pen_muster_bar(((struct pen_farm *)user)->muster, worker->key);
 	pen_log(custody == PEN_CUSTODY_NONE ? PEN_LOG_INFO : PEN_LOG_ERROR, "worker %llu (%s) %s",
 		(unsigned long long)id, worker->shown.name, texts[custody]);
 }
@@ -561,6 +572,7 @@ int pen_farm_reset(struct pen_farm *farm, uint64_t id, struct pen_error *err)
 		return pen_error_set(err, PEN_ECONFLICT, "the worker is leaving");
 	worker->shown.draining = false;
 	worker->shown.strikes = 0;
+	pen_muster_pardon(farm->muster, worker->key);
 	pen_dispatch_reset_worker(farm->dispatch, id);
 	pen_dispatch_tick(farm->dispatch);
 	return 0;

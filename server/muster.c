@@ -20,6 +20,8 @@ struct pen_muster {
 	bool is_closed;
 	bool has_issued;
 	uint8_t issued[PEN_SECURE_KEY];
+	uint8_t barred[PEN_BARRED_MAX][PEN_SECURE_KEY]; /* a ring; zeros are nobody's */
+	size_t barred_next;
 };
 
 static int load(struct pen_muster *muster, struct pen_error *err)
@@ -59,7 +61,7 @@ void pen_muster_destroy(struct pen_muster *muster)
 	if (!muster)
 		return;
 	pen_worker_keys_finish(&muster->keys);
-	explicit_bzero(muster->issued, sizeof muster->issued);
+	explicit_bzero(muster, sizeof *muster);
 	free(muster);
 }
 
@@ -119,4 +121,35 @@ bool pen_muster_use_issued(struct pen_muster *muster)
 	muster->has_issued = false;
 	explicit_bzero(muster->issued, sizeof muster->issued);
 	return was_there;
+}
+
+/* Its place among the barred; PEN_BARRED_MAX when it is none of them. */
+static size_t find_barred(const struct pen_muster *muster, const uint8_t *key)
+{
+	size_t i = 0;
+
+	while (i < PEN_BARRED_MAX && memcmp(muster->barred[i], key, PEN_SECURE_KEY) != 0)
+		i++;
+	return i;
+}
+
+void pen_muster_bar(struct pen_muster *muster, const uint8_t *key)
+{
+	if (pen_muster_is_barred(muster, key))
+		return;
+	memcpy(muster->barred[muster->barred_next], key, PEN_SECURE_KEY);
+	muster->barred_next = (muster->barred_next + 1) % PEN_BARRED_MAX;
+}
+
+void pen_muster_pardon(struct pen_muster *muster, const uint8_t *key)
+{
+	size_t i = find_barred(muster, key);
+
+	if (i < PEN_BARRED_MAX)
+		explicit_bzero(muster->barred[i], PEN_SECURE_KEY);
+}
+
+bool pen_muster_is_barred(const struct pen_muster *muster, const uint8_t *key)
+{
+	return find_barred(muster, key) < PEN_BARRED_MAX;
 }

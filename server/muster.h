@@ -46,4 +46,12 @@ int pen_muster_issue(struct pen_muster *muster, char *ret_text, struct pen_error
 /* The key that was issued is used up; false: it was already. */
 bool pen_muster_use_issued(struct pen_muster *muster);
 
+/*
+ * Who shows this key has sent wrong pixels. That is remembered as long as this runs, of the last
+ * PEN_BARRED_MAX keys, until it is pardoned; a worker that gets a new key has a new start.
+ */
+void pen_muster_bar(struct pen_muster *muster, const uint8_t *key);
+void pen_muster_pardon(struct pen_muster *muster, const uint8_t *key);
+bool pen_muster_is_barred(const struct pen_muster *muster, const uint8_t *key);
+
 #endif

@@ -148,6 +148,8 @@ int pen_sched_add_worker(
 	worker->id = given->id;
 	worker->processes = given->processes;
 	worker->trusted = given->trusted;
+	worker->quarantined = given->convicted;
+	worker->release_ms = INT64_MAX;
 	worker->lease_max = lease_max;
 	(void)snprintf(worker->equivalence_class, sizeof worker->equivalence_class, "%s",
 		given->equivalence_class);

@@ -118,6 +118,7 @@
 /* Keys */
 #define PEN_KEY_FILE_MAX    (64u << 10) /* bytes of a file of keys */
 #define PEN_KEY_NAME_MAX    64u
+#define PEN_BARRED_MAX	    256u /* keys of workers whose pixels were wrong */
 #define PEN_TOKENS_MAX	    256u
 #define PEN_GREETINGS_MAX   64u /* connections of workers that have not said who they are */
 #define PEN_HOST_NAMES_MAX  64u

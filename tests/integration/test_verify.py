@@ -24,11 +24,11 @@ def service():
 class Liar(threading.Thread):
     """A worker of the class of the real one, which renders nothing and says that all is grey."""
 
-    def __init__(self, service, pause=0.0):
+    def __init__(self, service, pause=0.0, link=None):
         super().__init__(daemon=True)
         self.class_ = farm.wait_for(
             lambda: service.get("/v1/workers")["workers"], 20, "the real worker")[0]["class"]
-        self.peer = Peer(service.worker_port)
+        self.peer = Peer(service.worker_port, link)
         self.peer.hello(processes=2, name="liar", class_=self.class_)
         self.lies, self.pause = 0, pause
 

@@ -73,10 +73,10 @@ def read_message(data):
 
 
 class Peer:
-    """One end of the tile protocol."""
+    """One end of the tile protocol, in the clear or over a link that is there."""
 
-    def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=10 * farm.SLOW)
+    def __init__(self, port, link=None):
+        self.socket = link or socket.create_connection(("127.0.0.1", port), timeout=10 * farm.SLOW)
         self.sequence = 0
 
     def send(self, kind, control, payload=b""):

@@ -34,7 +34,7 @@ static struct pen_sched *make_sched(void)
 
 static void add_worker(struct pen_sched *sched, uint64_t id, uint32_t processes, const char *name)
 {
-	struct pen_sched_worker worker = {id, processes, name, false};
+	struct pen_sched_worker worker = {id, processes, name, false, false};
 
 	assert_int_equal(pen_sched_add_worker(sched, &worker, NULL), 0);
 }

@@ -27,7 +27,7 @@ static struct pen_sched *make_sched(uint64_t secret)
 
 static void add_worker(struct pen_sched *sched, uint64_t id, bool trusted)
 {
-	struct pen_sched_worker worker = {id, 1, "a", trusted};
+	struct pen_sched_worker worker = {id, 1, "a", trusted, false};
 
 	assert_int_equal(pen_sched_add_worker(sched, &worker, NULL), 0);
 }
@@ -431,6 +431,26 @@ static void test_spot_checks(void **state)
 	assert_int_not_equal(a, b);
 }
 
+/* Broken by: a lease for one that was convicted before, by time alone that ends it, or a reset that
+ * does not. */
+static void test_who_comes_back_convicted_waits_for_a_reset(void **state)
+{
+	struct pen_sched_worker worker = {1, 1, "a", false, true};
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions;
+
+	(void)state;
+	add_job(sched, 1, 16, PEN_VERIFY_NONE);
+	assert_int_equal(pen_sched_add_worker(sched, &worker, NULL), 0);
+	assert_int_equal(tick(sched, 0).count, 0);
+	assert_int_equal(tick(sched, 1000 * (int64_t)PEN_QUARANTINE_MS).count, 0);
+	actions = pen_sched_step(sched,
+		&(struct pen_sched_event){.type = PEN_SCHED_WORKER_RESET, .worker = 1}, 0);
+	assert_int_equal(find(actions, PEN_SCHED_RELEASED).worker, 1);
+	assert_int_equal(find(actions, PEN_SCHED_LEASE).worker, 1);
+	pen_sched_destroy(sched);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -446,6 +466,7 @@ int main(void)
 		cmocka_unit_test(test_who_left_is_found_out),
 		cmocka_unit_test(test_what_was_resumed_is_redone),
 		cmocka_unit_test(test_spot_checks),
+		cmocka_unit_test(test_who_comes_back_convicted_waits_for_a_reset),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
