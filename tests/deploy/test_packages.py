@@ -1,24 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Debian packages: well formed, confined, and gone without a trace when they are purged."""
 import json
-import os
 import pathlib
 import re
 import subprocess
 import time
 
+import debian
 import pytest
+from debian import AS_ROOT, run
 from farm import ROOT
 
 BUILD = ROOT / "build/release"
-AS_ROOT = [] if os.geteuid() == 0 else ["sudo", "-n"]
 UNITS = ("penumbra.service", "penumbra-worker.service")
-
-
-def run(*command, **more):
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600, **more)
-    assert done.returncode == 0, f"{command}: {done.stdout[-2000:]}\n{done.stderr[-2000:]}"
-    return done.stdout
 
 
 @pytest.fixture(scope="module")
@@ -67,27 +61,8 @@ def test_the_units_say_nothing_that_systemd_does_not_know(packages, tmp_path):
     assert found == ""
 
 
-class Chroot:
-    """A Debian of its own, with proc and devices while it is in use."""
-
-    def __init__(self, root):
-        self.root = root
-
-    def __enter__(self):
-        run(*AS_ROOT, "debootstrap", "--variant=minbase", "bookworm", self.root, mirror())
-        for name in ("proc", "dev", "sys"):
-            run(*AS_ROOT, "mount", "--rbind", f"/{name}", self.root / name)
-            run(*AS_ROOT, "mount", "--make-rslave", self.root / name)
-        run(*AS_ROOT, "cp", "/etc/resolv.conf", self.root / "etc/resolv.conf")
-        return self
-
-    def __exit__(self, *_):
-        for name in ("proc", "dev", "sys"):
-            subprocess.run([*AS_ROOT, "umount", "-l", self.root / name], check=False)
-        run(*AS_ROOT, "rm", "-r", "--one-file-system", self.root)
-
-    def run(self, *command):
-        return run(*AS_ROOT, "chroot", self.root, "env", "DEBIAN_FRONTEND=noninteractive", *command)
+class Installed(debian.Chroot):
+    """With our packages."""
 
     def read_ports(self, seconds=30):
         """What the coordinator says it listens on, once it does."""
@@ -112,56 +87,50 @@ class Chroot:
                                  "--worker-listen", "127.0.0.1:0", "--processes", "1"])
 
 
-def mirror():
-    """Where this machine takes its own packages from."""
-    policy = run("apt-get", "indextargets", "--format", "$(SITE) $(CODENAME) $(COMPONENT)")
-    return next(line.split()[0] for line in policy.splitlines() if line.endswith("bookworm main"))
-
-
 def test_a_render_outlives_an_upgrade_and_a_purge_leaves_nothing(packages, tmp_path):
     """Breaks when a dependency is missing, a script fails, or an upgrade touches the data."""
     scene = pathlib.Path("/usr/share/doc/penumbra/examples/spiral.json")
-    with Chroot(tmp_path / "debian") as debian:
+    with Installed(tmp_path / "debian") as chroot:
         # Not the add-on, which would bring Blender.
         files = [packages[name] for name in ("penumbra", "penumbra-worker")]
         for package in files:
-            run(*AS_ROOT, "cp", package, debian.root / "tmp")
+            run(*AS_ROOT, "cp", package, chroot.root / "tmp")
         files = [f"/tmp/{package.name}" for package in files]
 
         def install():
-            debian.run("apt-get", "install", "-q", "-y", "--no-install-recommends", "--reinstall",
+            chroot.run("apt-get", "install", "-q", "-y", "--no-install-recommends", "--reinstall",
                        "--allow-downgrades", *files)
 
         def serving():
-            debian.run("rm", "-f", "/var/lib/penumbra/ports")
-            server = debian.serve()
-            return server, f"http://127.0.0.1:{debian.read_ports()['http']}"
+            chroot.run("rm", "-f", "/var/lib/penumbra/ports")
+            server = chroot.serve()
+            return server, f"http://127.0.0.1:{chroot.read_ports()['http']}"
 
         def stop(server):
             run(*AS_ROOT, "kill", server.pid)
             assert server.wait(timeout=30) == 0
 
-        debian.run("apt-get", "update", "-q")
+        chroot.run("apt-get", "update", "-q")
         install()
         # The unit's StateDirectory= makes it where systemd runs.
-        debian.run("install", "-d", "-o", "penumbra", "-g", "penumbra", "-m", "700", "/var/lib/penumbra")
+        chroot.run("install", "-d", "-o", "penumbra", "-g", "penumbra", "-m", "700", "/var/lib/penumbra")
         server, url = serving()
-        identity = debian.run("penumbra", "submit", "--server", url, scene).strip()
-        debian.run("penumbra", "watch", "--server", url, identity)
+        identity = chroot.run("penumbra", "submit", "--server", url, scene).strip()
+        chroot.run("penumbra", "watch", "--server", url, identity)
         stop(server)
 
         # The administrator's settings outlive it too.
-        settings = debian.root / "etc/penumbra/penumbra.conf"
+        settings = chroot.root / "etc/penumbra/penumbra.conf"
         run(*AS_ROOT, "sed", "-i", "s/^#log-level = .*/log-level = debug/", settings)
         install()
         assert "\nlog-level = debug\n" in settings.read_text()
-        assert "correct" in debian.run("penumbra", "config", "check")
+        assert "correct" in chroot.run("penumbra", "config", "check")
         server, url = serving()
-        listed = json.loads(debian.run("penumbra", "list", "--server", url, "--json"))
+        listed = json.loads(chroot.run("penumbra", "list", "--server", url, "--json"))
         assert [(r["id"], r["state"]) for r in listed["renders"]] == [(identity, "done")]
         stop(server)
 
-        debian.run("dpkg", "--purge", "penumbra", "penumbra-worker")
+        chroot.run("dpkg", "--purge", "penumbra", "penumbra-worker")
         left = [str(path) for place in ("etc", "usr", "var/lib/systemd")
-                for path in (debian.root / place).rglob("*penumbra*")]
-        assert left == [] and not (debian.root / "var/lib/penumbra").exists()
+                for path in (chroot.root / place).rglob("*penumbra*")]
+        assert left == [] and not (chroot.root / "var/lib/penumbra").exists()

@@ -6,6 +6,16 @@ export async function openRender(page, url, id) {
     await page.waitForFunction((wanted) => document.getElementById("fact-id")?.textContent === wanted, id);
 }
 
+/** Drops a GLB, given in base64, on the page. */
+export async function drop(page, glb) {
+    await page.evaluate((base64) => {
+        const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([bytes], "model.glb"));
+        dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
+    }, glb);
+}
+
 /** Waits until the render that is shown is in a state, as the page says it. */
 export async function waitState(page, state) {
     await page.waitForFunction((wanted) => document.getElementById("render-state")?.textContent === wanted, state);

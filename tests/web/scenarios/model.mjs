@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A GLB that is dropped, a scene that is pasted.
-import {check, difference, waitState} from "../page.mjs";
+import {check, difference, drop, waitState} from "../page.mjs";
 
 export default async function ({page, url, args}) {
     const posts = [];
     page.on("request", (request) => request.method() === "POST" && posts.push(request));
     await page.goto(url);
-    await page.evaluate((base64) => {
-        const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-        const dataTransfer = new DataTransfer();
-        dataTransfer.items.add(new File([bytes], "model.glb"));
-        dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
-    }, args.glb);
+    await drop(page, args.glb);
     await page.waitForSelector("#submit-dialog[open]");
     await page.fill("[name=width]", "64");
     await page.fill("[name=height]", "48");
