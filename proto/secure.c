@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { IN_MAX = 256 << 10, OUT_MAX = 16 << 20, HELLO_MAX = 16 << 10 };
+enum { OUT_MAX = 16 << 20, HELLO_MAX = 16 << 10 };
 
 struct pen_secure {
 	gnutls_session_t session;
@@ -17,8 +17,9 @@ struct pen_secure {
 	gnutls_psk_client_credentials_t client;
 	pen_secure_lookup lookup;
 	void *user;
-	struct pen_buf in, out;
-	size_t in_used; /* of in, by the library */
+	const char *in; /* of the caller, what is left of it */
+	size_t in_size;
+	struct pen_buf out;
 	bool is_open;
 	char name[PEN_SECURE_NAME_MAX + 1];
 };
@@ -40,20 +41,16 @@ static int library_error(struct pen_error *err, int r)
 static ssize_t pull(gnutls_transport_ptr_t user, void *data, size_t size)
 {
 	struct pen_secure *secure = user;
-	size_t left = secure->in.size - secure->in_used;
 
-	if (left == 0) {
+	if (secure->in_size == 0) {
 		gnutls_transport_set_errno(secure->session, EAGAIN);
 		return -1;
 	}
-	if (size > left)
-		size = left;
-	memcpy(data, secure->in.data + secure->in_used, size);
-	secure->in_used += size;
-	if (secure->in_used == secure->in.size) {
-		pen_buf_clear(&secure->in);
-		secure->in_used = 0;
-	}
+	if (size > secure->in_size)
+		size = secure->in_size;
+	memcpy(data, secure->in, size);
+	secure->in += size;
+	secure->in_size -= size;
 	return (ssize_t)size;
 }
 
@@ -62,7 +59,7 @@ static int pull_timeout(gnutls_transport_ptr_t user, unsigned timeout_ms)
 	const struct pen_secure *secure = user;
 
 	(void)timeout_ms;
-	return secure->in.size > secure->in_used;
+	return secure->in_size > 0;
 }
 
 static ssize_t push(gnutls_transport_ptr_t user, const void *data, size_t size)
@@ -115,7 +112,6 @@ static struct pen_secure *allocate(void)
 
 	if (!secure)
 		return NULL;
-	pen_buf_init(&secure->in, IN_MAX);
 	pen_buf_init(&secure->out, OUT_MAX);
 	return secure;
 }
@@ -177,21 +173,17 @@ void pen_secure_destroy(struct pen_secure *secure)
 		gnutls_psk_free_server_credentials(secure->server);
 	if (secure->client)
 		gnutls_psk_free_client_credentials(secure->client);
-	pen_buf_finish(&secure->in);
 	pen_buf_finish(&secure->out);
 	free(secure);
 }
 
 int pen_secure_feed(struct pen_secure *secure, const void *data, size_t size, struct pen_error *err)
 {
-	/* A record is taken out as soon as it is whole: what is left is the beginning of one. */
-	if (secure->in_used > 0) {
-		pen_buf_consume(&secure->in, secure->in_used);
-		secure->in_used = 0;
-	}
-	if (pen_buf_append(&secure->in, data, size) == 0)
-		return 0;
-	return pen_error_set(err, PEN_ELIMIT, "TLS: more came than was read");
+	if (secure->in_size > 0)
+		return pen_error_set(err, PEN_EPROTOCOL, "TLS: more came than was read");
+	secure->in = data;
+	secure->in_size = size;
+	return 0;
 }
 
 /* The library has seen to the key; this sees to it that it was asked to. */

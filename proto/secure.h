@@ -30,7 +30,10 @@ int pen_secure_create_server(pen_secure_lookup lookup, void *user, struct pen_se
 	struct pen_error *err);
 void pen_secure_destroy(struct pen_secure *secure);
 
-/* Takes bytes that came from the other end. PEN_ELIMIT, PEN_ENOMEM. */
+/*
+ * Bytes that came from the other end. They stay the caller's, and stay as they are until shaking or
+ * reading tells that more has to come; PEN_EPROTOCOL when that of the last ones was not waited for.
+ */
 int pen_secure_feed(
 	struct pen_secure *secure, const void *data, size_t size, struct pen_error *err);
 

@@ -3,10 +3,10 @@
 
 #include "core/base/clock.h"
 #include "core/base/digest.h"
+#include "core/base/film.h"
 #include "core/base/limits.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -265,9 +265,8 @@ static const char *find_defect(const struct pen_msg_result *result, const float 
 		return "the worker sent a result of the wrong size";
 	if (pen_xxh3(pixels, size) != result->xxh3)
 		return "the worker sent a damaged result";
-	for (size_t i = 0; i < area * film->channels; i++)
-		if (!isfinite(pixels[i]))
-			return "the worker sent a value that is not finite";
+	if (!pen_film_is_finite(pixels, area * film->channels))
+		return "the worker sent a value that is not finite";
 	for (size_t i = 0; i < area; i++, pixels += film->channels) {
 		if (mask && !pen_mask_has(mask, i) && !is_empty(pixels, film))
 			return "the worker sent samples of a pixel that had none to get";

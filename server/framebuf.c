@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/framebuf.h"
 
-#include "server/disk.h"
-
 #include "core/base/digest.h"
+#include "core/base/film.h"
+#include "server/disk.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -96,12 +96,10 @@ static void add_round(const struct pen_framebuf *framebuf, uint32_t round, const
 	const uint32_t channels = framebuf->film.channels;
 	const bool replaces = framebuf->rounds.kind == PEN_ROUNDS_EDGE && round == 1;
 
-	for (size_t i = 0; i < count; i += channels) {
-		if (replaces && pixels[i + PEN_CHANNEL_COUNT] > 0.0f)
+	for (size_t i = 0; replaces && i < count; i += channels)
+		if (pixels[i + PEN_CHANNEL_COUNT] > 0.0f)
 			memset(sums + i, 0, channels * sizeof *sums);
-		for (size_t c = i; c < i + channels; c++)
-			sums[c] += pixels[c];
-	}
+	pen_film_add(pixels, count, sums);
 }
 
 int pen_framebuf_merge(int fd, const struct pen_framebuf *framebuf, uint32_t index, uint32_t round,

@@ -15,7 +15,7 @@ enum {
 	OUT_BYTES_MAX = 4 << 20,   /* waiting to be written */
 	ARENA_BYTES_MAX = 1 << 20, /* of one message */
 	FINISH_MS = 2000,
-	RAW_BYTES = 64 << 10, /* read at once, of TLS */
+	RAW_BYTES = 80 << 10, /* read at once, of TLS: most results as a whole */
 	TRANSFERS_MAX = 4 * PEN_SCENES_CACHED_MAX
 };
 
@@ -162,6 +162,17 @@ static struct pen_buf *output_of(struct pen_link *link)
 	return pen_secure_out(link->secure);
 }
 
+/* What the socket takes now costs the loop no turn. The write that follows a failure tells of it.
+ */
+static void write_now(struct pen_link *link, struct pen_buf *out)
+{
+	const uv_buf_t data = uv_buf_init(out->data, (unsigned)out->size);
+	const int n = out->size > 0 ? uv_try_write((uv_stream_t *)&link->tcp, &data, 1) : 0;
+
+	if (n > 0)
+		pen_buf_consume(out, (size_t)n);
+}
+
 static void flush(struct pen_link *link)
 {
 	struct pen_buf swap = link->written, *out;
@@ -175,6 +186,8 @@ static void flush(struct pen_link *link)
 	out = link->closing ? NULL : output_of(link);
 	if (link->closing)
 		return;
+	if (link->transfer_count == 0)
+		write_now(link, out);
 	if (out->size == 0) {
 		if (link->finishing)
 			pen_link_close(link);

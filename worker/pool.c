@@ -2,6 +2,7 @@
 #include "worker/pool.h"
 
 #include "core/base/clock.h"
+#include "core/base/film.h"
 #include "core/base/log.h"
 #include "worker/cache.h"
 #include "worker/session.h"
@@ -9,7 +10,6 @@
 
 #include <assert.h>
 #include <fcntl.h>
-#include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -249,15 +249,6 @@ static void handle_changed(void *user)
 	dispatch(user);
 }
 
-static bool all_finite(const float *values, size_t count)
-{
-	bool finite = true;
-
-	for (size_t i = 0; i < count; i++)
-		finite &= isfinite(values[i]) != 0;
-	return finite;
-}
-
 static void send_result(
 	struct pool *pool, const struct lease *lease, const struct pen_answer *answer, size_t size)
 {
@@ -316,7 +307,8 @@ static void handle_done(void *user, struct pen_host *host, uint32_t slot,
 	size = count * sizeof *pool->pixels;
 	memcpy(pool->pixels, pixels, size);
 	lease->host = NULL;
-	if (pen_xxh3(pool->pixels, size) != answer->xxh3 || !all_finite(pool->pixels, count)) {
+	if (pen_xxh3(pool->pixels, size) != answer->xxh3 ||
+		!pen_film_is_finite(pool->pixels, count)) {
 		replace_process(pool, host, slot);
 		fail(pool, lease, PEN_FAULT_CRASH, "render process gave damaged pixels");
 	} else {

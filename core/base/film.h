@@ -2,6 +2,8 @@
 #ifndef PEN_BASE_FILM_H
 #define PEN_BASE_FILM_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /*
@@ -48,5 +50,11 @@ static inline struct pen_film pen_film_of(uint32_t planes)
 	}
 	return film;
 }
+
+/* None of the values is infinite or not a number. */
+bool pen_film_is_finite(const float *values, size_t count);
+
+/* Adds count values to as many sums, which lie elsewhere. */
+void pen_film_add(const float *values, size_t count, float *sums);
 
 #endif

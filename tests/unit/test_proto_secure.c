@@ -32,9 +32,9 @@ static int carry(struct pen_secure *from, struct pen_secure *to, size_t piece)
 		size_t size = out->size < piece ? out->size : piece;
 
 		r = pen_secure_feed(to, out->data, size, NULL);
-		pen_buf_consume(out, size);
 		if (r == 0)
 			r = pen_secure_shake(to, NULL);
+		pen_buf_consume(out, size);
 	}
 	return r;
 }
@@ -67,12 +67,12 @@ static void say(struct pen_secure *from, struct pen_secure *to, size_t size)
 		size_t piece = out->size < 5000 ? out->size : 5000, n = 1;
 
 		assert_int_equal(pen_secure_feed(to, out->data, piece, NULL), 0);
-		pen_buf_consume(out, piece);
 		while (n > 0) {
 			assert_int_equal(
 				pen_secure_read(to, heard + got, size + 1 - got, &n, NULL), 0);
 			got += n;
 		}
+		pen_buf_consume(out, piece);
 	}
 	assert_int_equal(got, size);
 	assert_memory_equal(said, heard, size);
