@@ -427,9 +427,11 @@ static void attach_shapes(
 		else
 			attach_model(trace, trace->scene, id, geometry, shape->model);
 	}
+	/* Embree's threads would look out for more to do, and keep the forks to come waiting. */
+	if (trace->is_tree_empty)
+		return;
 	rtcCommitScene(trace->scene);
-	if (!trace->is_tree_empty)
-		bound_scene(trace);
+	bound_scene(trace);
 }
 
 static int trace_new(const struct pen_geometry *geometry, const struct pen_kernel *kernel,
@@ -537,6 +539,8 @@ static void extend_box(const struct pen_trace *trace, float box[2][3])
 {
 	struct RTCBounds b;
 
+	if (trace->is_tree_empty)
+		return;
 	rtcGetSceneBounds(trace->scene, &b);
 
 	const float lower[3] = {b.lower_x, b.lower_y, b.lower_z};

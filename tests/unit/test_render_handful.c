@@ -2,7 +2,9 @@
 #include "core/render/handful.h"
 
 #include "core/render/kernel.h"
+#include "core/render/trace.h"
 
+#include <dirent.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -330,6 +332,35 @@ static void test_takes_what_it_can_test(void **state)
 	assert_int_equal(f.handful.triangle_count, PEN_HANDFUL_MAX);
 }
 
+static int count_threads(void)
+{
+	DIR *directory = opendir("/proc/self/task");
+	int count = 0;
+
+	assert_non_null(directory);
+	while (readdir(directory))
+		count++;
+	(void)closedir(directory);
+	return count;
+}
+
+/* Breaks when Embree's threads, which look out for work between the forks that follow, are started
+ * for a scene that needs no tree, or when its size is asked of the tree alone. */
+static void test_alone_it_starts_no_threads(void **state)
+{
+	static struct fixture f;
+	struct pen_trace *trace = NULL;
+	const int before = count_threads();
+
+	(void)state;
+	fixture_init(&f, 0);
+	assert_int_equal(
+		pen_trace_create(&f.geometry, PEN_ISA_V2, &pen_kernel_v2, &trace, NULL), 0);
+	assert_int_equal(count_threads(), before);
+	assert_true(pen_trace_radius(trace) > 1.0 && pen_trace_radius(trace) < 20.0);
+	pen_trace_destroy(trace);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -337,6 +368,7 @@ int main(void)
 		cmocka_unit_test(test_hits_are_the_true_ones),
 		cmocka_unit_test(test_parked_lanes_stay_parked),
 		cmocka_unit_test(test_takes_what_it_can_test),
+		cmocka_unit_test(test_alone_it_starts_no_threads),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
