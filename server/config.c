@@ -3,6 +3,7 @@
 
 #include "core/base/limits.h"
 #include "server/config_file.h"
+#include "server/confine.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -33,6 +34,8 @@ const char pen_config_usage[] =
 	"  --tls-cert FILE            certificate of HTTP, with those it goes back to (none: no "
 	"TLS)\n"
 	"  --tls-key FILE             its key; see penumbra cert\n"
+	"  --sandbox MODE             of encoders and the local worker: require, best-effort or\n"
+	"                             off (require if others can reach it, else best-effort)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
 	"  --config FILE              these options but the next as lines KEY = VALUE\n"
 	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
@@ -179,6 +182,7 @@ enum {
 	WORKER_KEYS,
 	TLS_CERT,
 	TLS_KEY,
+	SANDBOX,
 	LOG_LEVEL,
 	CONFIG,
 	PARENT_DEATH,
@@ -199,6 +203,7 @@ static const struct option options[] = {
 	{"worker-keys", required_argument, NULL, WORKER_KEYS},
 	{"tls-cert", required_argument, NULL, TLS_CERT},
 	{"tls-key", required_argument, NULL, TLS_KEY},
+	{"sandbox", required_argument, NULL, SANDBOX},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
 	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
@@ -253,6 +258,9 @@ static int parse_option(
 	case WORKER_KEYS: return parse_path("worker-keys", value, config->worker_keys, err);
 	case TLS_CERT: return parse_path("tls-cert", value, config->tls_cert, err);
 	case TLS_KEY: return parse_path("tls-key", value, config->tls_key, err);
+	case SANDBOX:
+		config->has_sandbox = true;
+		return pen_sandbox_mode_parse(value, &config->sandbox, err);
 	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
 	case PARENT_DEATH:
 		if (!value || parse_number(value, INT_MAX, &number) == 0) {
@@ -321,9 +329,11 @@ static int read_file(const char *path, struct pen_config *config, struct pen_err
 int pen_config_check(const char *path, struct pen_error *err)
 {
 	struct pen_config config;
+	int r;
 
 	set_defaults(&config);
-	return read_file(path, &config, err);
+	r = read_file(path, &config, err);
+	return r < 0 ? r : pen_confine_check(pen_confine_mode(&config, &config.listen), err);
 }
 
 static int read_words(int argc, char **argv, struct pen_config *config, const char **ret_file,

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/sandbox.h"
 
 #include <limits.h>
 #include <netinet/in.h>
@@ -24,6 +25,8 @@ struct pen_config {
 	uint32_t keep_assets_s;			    /* that no render names */
 	uint32_t keep_renders_s;		    /* that are over; 0: for ever */
 	uint64_t keep_bytes;			    /* of frames; 0: without bound */
+	bool has_sandbox;			    /* else server/confine.h chooses */
+	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;
 	pid_t parent; /* end when it does; 0: live on */
 	bool help;
@@ -39,7 +42,10 @@ extern const char pen_config_usage[];
  */
 int pen_config_parse(int argc, char **argv, struct pen_config *ret_config, struct pen_error *err);
 
-/* Whether serve would accept the file: the same errors, PEN_ENOTFOUND among them. */
+/*
+ * Whether serve would accept the file: the same errors, PEN_ENOTFOUND among them, and those of a
+ * sandbox that the file's settings require.
+ */
 int pen_config_check(const char *path, struct pen_error *err);
 
 /* A directory as --data takes it, and the one that is meant without it; of PATH_MAX characters. */

@@ -48,6 +48,7 @@ struct slot {
 struct pen_encoders {
 	uv_loop_t *loop;
 	char *program;
+	enum pen_sandbox_mode sandbox; /* of the helpers */
 	struct pen_cache cache;
 	struct slot slots[HELPERS];
 	struct pending *waiting; /* in order of arrival */
@@ -176,8 +177,8 @@ static void helper_event(void *user, const struct pen_encoding_reply *reply)
 static int slot_start(struct slot *slot, struct pen_error *err)
 {
 	slot->replies = 0;
-	return pen_helper_create(slot->encoders->loop, slot->encoders->program, helper_event, slot,
-		&slot->helper, err);
+	return pen_helper_create(slot->encoders->loop, slot->encoders->program,
+		slot->encoders->sandbox, helper_event, slot, &slot->helper, err);
 }
 
 /* An idle process is better than a new one, which takes a third of a second to start. */
@@ -244,8 +245,8 @@ static void dispatch(struct pen_encoders *encoders)
 		;
 }
 
-int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_dir,
-	struct pen_encoders **ret_encoders, struct pen_error *err)
+int pen_encoders_create(uv_loop_t *loop, const char *program, enum pen_sandbox_mode sandbox,
+	const char *cache_dir, struct pen_encoders **ret_encoders, struct pen_error *err)
 {
 	struct pen_encoders *encoders = calloc(1, sizeof *encoders);
 	int r;
@@ -253,6 +254,7 @@ int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_
 	if (!encoders)
 		return pen_error_memory(err);
 	encoders->loop = loop;
+	encoders->sandbox = sandbox;
 	(void)uv_timer_init(loop, &encoders->dispatch_timer);
 	encoders->dispatch_timer.data = encoders;
 	for (unsigned i = 0; i < HELPERS; i++)

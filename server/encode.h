@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/format.h"
 #include "core/base/layer.h"
+#include "core/base/sandbox.h"
 #include "core/base/tile.h"
 
 #include <stdbool.h>
@@ -45,8 +46,8 @@ typedef void pen_encoding_fn(void *user, int fd, uint64_t size, const struct pen
  * Starts the first helper. program is the path of penumbra-encoder; cache_dir exists and gets the
  * files, which have no name and so vanish with the coordinator.
  */
-int pen_encoders_create(uv_loop_t *loop, const char *program, const char *cache_dir,
-	struct pen_encoders **ret_encoders, struct pen_error *err);
+int pen_encoders_create(uv_loop_t *loop, const char *program, enum pen_sandbox_mode sandbox,
+	const char *cache_dir, struct pen_encoders **ret_encoders, struct pen_error *err);
 
 /* Stops the helpers; waiting requests end with PEN_ECLOSED; memory goes when the loop has run. */
 void pen_encoders_destroy(struct pen_encoders *encoders);

@@ -92,9 +92,10 @@ static void socket_readable(uv_poll_t *poll, int status, int events)
 	helper->fn(helper->user, &reply);
 }
 
-static int spawn(struct pen_helper *helper, uv_loop_t *loop, const char *program, int socket_fd)
+static int spawn(struct pen_helper *helper, uv_loop_t *loop, const char *program,
+	enum pen_sandbox_mode sandbox, int socket_fd)
 {
-	char *arguments[] = {(char *)(uintptr_t)program, NULL};
+	const char *arguments[] = {program, "--sandbox", pen_sandbox_mode_name(sandbox), NULL};
 	uv_stdio_container_t stdio[PEN_ENCODER_SOCKET + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_IGNORE},
@@ -103,7 +104,7 @@ static int spawn(struct pen_helper *helper, uv_loop_t *loop, const char *program
 	};
 	uv_process_options_t options = {
 		.file = program,
-		.args = arguments,
+		.args = (char **)(uintptr_t)arguments,
 		.stdio = stdio,
 		.stdio_count = PEN_ENCODER_SOCKET + 1,
 		.exit_cb = process_ended,
@@ -112,8 +113,8 @@ static int spawn(struct pen_helper *helper, uv_loop_t *loop, const char *program
 	return uv_spawn(loop, &helper->process, &options);
 }
 
-int pen_helper_create(uv_loop_t *loop, const char *program, pen_helper_fn *fn, void *user,
-	struct pen_helper **ret_helper, struct pen_error *err)
+int pen_helper_create(uv_loop_t *loop, const char *program, enum pen_sandbox_mode sandbox,
+	pen_helper_fn *fn, void *user, struct pen_helper **ret_helper, struct pen_error *err)
 {
 	struct pen_helper *helper = calloc(1, sizeof *helper);
 	int sockets[2];
@@ -135,7 +136,7 @@ int pen_helper_create(uv_loop_t *loop, const char *program, pen_helper_fn *fn, v
 	assert(r == 0);
 	open_handle(helper, (uv_handle_t *)&helper->poll);
 	open_handle(helper, (uv_handle_t *)&helper->process);
-	r = spawn(helper, loop, program, sockets[1]);
+	r = spawn(helper, loop, program, sandbox, sockets[1]);
 	(void)close(sockets[1]);
 	if (r < 0) {
 		close_handles(helper);

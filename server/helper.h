@@ -3,6 +3,7 @@
 #define PEN_SERVER_HELPER_H
 
 #include "core/base/error.h"
+#include "core/base/sandbox.h"
 #include "server/encoding.h"
 
 #include <stdbool.h>
@@ -17,8 +18,8 @@ struct pen_helper;
  */
 typedef void pen_helper_fn(void *user, const struct pen_encoding_reply *reply);
 
-int pen_helper_create(uv_loop_t *loop, const char *program, pen_helper_fn *fn, void *user,
-	struct pen_helper **ret_helper, struct pen_error *err);
+int pen_helper_create(uv_loop_t *loop, const char *program, enum pen_sandbox_mode sandbox,
+	pen_helper_fn *fn, void *user, struct pen_helper **ret_helper, struct pen_error *err);
 
 /*
  * The helper must be idle. The descriptors stay the caller's, who may close them at once. A process

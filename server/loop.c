@@ -3,6 +3,7 @@
 
 #include "server/asset_sweep.h"
 #include "server/certificate.h"
+#include "server/confine.h"
 #include "server/data_dir.h"
 #include "server/dispatch.h"
 #include "server/durable.h"
@@ -45,7 +46,7 @@ struct pen_server {
 	struct pen_guard *guard;
 	struct pen_muster *muster;
 	struct pen_certificate certificate;
-	struct sockaddr_storage http_address; /* that it was asked to listen on */
+	enum pen_sandbox_mode sandbox;
 	struct pen_http *http;
 	struct pen_spawn *spawn;
 	struct pen_asset_sweep *sweep;
@@ -182,6 +183,18 @@ static int find_listener(
 	return 0;
 }
 
+/* Before threads exist, and before anything is opened for others. */
+static int choose_sandbox(struct pen_server *server, struct pen_error *err)
+{
+	struct pen_http_options options = {0};
+	int r = find_listener(server->config, &options, err);
+
+	if (r < 0)
+		return r;
+	server->sandbox = pen_confine_mode(server->config, &options.address);
+	return pen_confine_check(server->sandbox, err);
+}
+
 /* Who may come in, and by which names this service is known. */
 static int start_guard(
 	struct pen_server *server, struct pen_http_options *options, struct pen_error *err)
@@ -191,7 +204,6 @@ static int start_guard(
 	int r = pen_guard_create(config->tokens, !is_open, &server->guard, err);
 
 	options->guard = server->guard;
-	server->http_address = options->address;
 	if (r == 0 && config->tls_cert[0] != '\0') {
 		r = pen_certificate_load(
 			config->tls_cert, config->tls_key, &server->certificate, err);
@@ -225,7 +237,8 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		return r;
 	options.shelf = server->shelf;
 	pen_sibling_path("penumbra-encoder", encoder, sizeof encoder);
-	r = pen_encoders_create(&server->loop, encoder, server->data.cache, &server->encoders, err);
+	r = pen_encoders_create(&server->loop, encoder, server->sandbox, server->data.cache,
+		&server->encoders, err);
 	if (r < 0)
 		return r;
 	options.encoders = server->encoders;
@@ -250,8 +263,7 @@ static int start_worker(struct pen_server *server, const char *host, struct pen_
 		.processes = server->config->processes,
 		.isa = server->config->isa,
 		.log_level = server->config->log_level,
-		.needs_sandbox = !pen_config_is_loopback(&server->http_address) ||
-				 !pen_config_is_loopback(&server->config->worker_listen),
+		.sandbox = server->sandbox,
 	};
 
 	if (options.processes == 0)
@@ -294,7 +306,9 @@ int pen_server_run(const struct pen_config *config, struct pen_error *err)
 	pen_supervisor_init(&server.supervisor, &server.loop);
 	start_signals(&server);
 	(void)host_of(&config->worker_listen, worker_host, sizeof worker_host);
-	r = start_jobs(&server, err);
+	r = choose_sandbox(&server, err);
+	if (r == 0)
+		r = start_jobs(&server, err);
 	if (r == 0)
 		r = start_http(&server, err);
 	if (r == 0)

@@ -98,8 +98,9 @@ static int spawn_process(struct pen_spawn *spawn, int key_fd)
 	char address[64], processes[16], parent[32];
 	const char *level = pen_config_log_level_name(spawn->options.log_level);
 	const char *arguments[ARGUMENTS_MAX] = {"penumbra-worker", "--connect", address,
-		"--processes", processes, "--key-fd", "3", parent, "--log-level", level};
-	size_t count = 10;
+		"--processes", processes, "--key-fd", "3", parent, "--log-level", level,
+		"--sandbox", pen_sandbox_mode_name(spawn->options.sandbox)};
+	size_t count = 12;
 	uv_stdio_container_t stdio[KEY_FD + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_INHERIT_FD, .data.fd = STDERR_FILENO},
@@ -117,10 +118,6 @@ static int spawn_process(struct pen_spawn *spawn, int key_fd)
 	if (spawn->options.isa) {
 		arguments[count++] = "--isa";
 		arguments[count++] = spawn->options.isa;
-	}
-	if (spawn->options.needs_sandbox) {
-		arguments[count++] = "--sandbox";
-		arguments[count++] = "require";
 	}
 	(void)snprintf(address, sizeof address, "%s:%u", spawn->options.host,
 		pen_farm_port(spawn->options.farm));

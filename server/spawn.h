@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/sandbox.h"
 #include "server/farm.h"
 
 #include <stdbool.h>
@@ -22,7 +23,7 @@ struct pen_spawn_options {
 	uint32_t processes;
 	const char *isa; /* "v3"; NULL: its best */
 	enum pen_log_level log_level;
-	bool needs_sandbox; /* it renders nothing without one */
+	enum pen_sandbox_mode sandbox;
 };
 
 /* Borrows what options point to. A program that cannot be started is an error only this time. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "worker/config.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <getopt.h>
 #include <limits.h>
@@ -49,7 +50,9 @@ const char *pen_worker_config_usage(void)
 	       "  --processes N        render processes (default: one per core)\n"
 	       "  --name NAME          how the coordinator lists this worker (default: host-pid)\n"
 	       "  --isa v2|v3|v4       instruction set (default: the best of this processor)\n"
-	       "  --sandbox MODE       require, best-effort (default) or off\n"
+	       "  --sandbox MODE       require, best-effort or off (best-effort for a coordinator "
+	       "on\n"
+	       "                       a loopback address, else require)\n"
 	       "  --asset-cache MIB    memory for assets that later scenes may name (default: an\n"
 	       "                       eighth of the machine's)\n"
 	       "  --log-level LEVEL    error, warning, info (default) or debug\n"
@@ -159,7 +162,9 @@ static int parse_option(
 	case OPTION_CONNECT: return parse_address(value, config, err);
 	case OPTION_NAME: return parse_name(value, config, err);
 	case OPTION_ISA: return parse_isa(value, &config->isa, err);
-	case OPTION_SANDBOX: return pen_sandbox_mode_parse(value, &config->sandbox, err);
+	case OPTION_SANDBOX:
+		config->has_sandbox = true;
+		return pen_sandbox_mode_parse(value, &config->sandbox, err);
 	case OPTION_LOG_LEVEL: return parse_log_level(value, &config->log_level, err);
 	case OPTION_PROCESSES:
 		r = parse_number(value, 1, PEN_PROCESSES_MAX, "--processes", &number, err);
@@ -189,6 +194,18 @@ static int parse_option(
 	}
 }
 
+/* Not what a name resolves to, which may change. */
+static bool is_loopback(const char *host)
+{
+	struct in6_addr ip6;
+	struct in_addr ip4;
+
+	if (inet_pton(AF_INET6, host, &ip6) == 1)
+		return IN6_IS_ADDR_LOOPBACK(&ip6);
+	return strcmp(host, "localhost") == 0 ||
+	       (inet_pton(AF_INET, host, &ip4) == 1 && ntohl(ip4.s_addr) >> 24 == 127);
+}
+
 static void set_defaults(struct pen_worker_config *config)
 {
 	char host[HOST_NAME_MAX + 1] = "worker";
@@ -197,7 +214,6 @@ static void set_defaults(struct pen_worker_config *config)
 	*config = (struct pen_worker_config){
 		.processes = core_count(),
 		.isa = pen_isa_best(),
-		.sandbox = PEN_SANDBOX_BEST_EFFORT,
 		.log_level = PEN_LOG_INFO,
 		.asset_bytes = memory_bytes() / 8,
 		.key_fd = -1,
@@ -223,6 +239,9 @@ int pen_worker_config_parse(
 			err, PEN_EINVALID, "%s is no option; see --help", argv[optind]);
 	if (config.host[0] == '\0' && !config.help && !config.version)
 		return pen_error_set(err, PEN_EINVALID, "--connect HOST:PORT is missing");
+	if (!config.has_sandbox)
+		config.sandbox =
+			is_loopback(config.host) ? PEN_SANDBOX_BEST_EFFORT : PEN_SANDBOX_REQUIRE;
 	*ret_config = config;
 	return 0;
 }

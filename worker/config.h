@@ -19,6 +19,7 @@ struct pen_worker_config {
 	char name[PEN_NAME_MAX + 1];
 	uint32_t processes; /* render processes */
 	enum pen_isa isa;
+	bool has_sandbox; /* asked for; else the coordinator's host decides */
 	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;
 	uint64_t asset_bytes; /* of assets that are kept for later scenes */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/log.h"
-#include "core/base/sandbox.h"
+#include "core/base/sandbox_probe.h"
 #include "worker/config.h"
 #include "worker/key.h"
 #include "worker/pool.h"
@@ -24,6 +24,25 @@ static int read_key(
 	return r;
 }
 
+/* What this machine lacks is an error or a warning, as --sandbox has it. */
+static int check_sandbox(enum pen_sandbox_mode mode, struct pen_error *err)
+{
+	struct pen_error fault = PEN_ERROR_INIT;
+	int r = mode == PEN_SANDBOX_OFF ? 0 : pen_sandbox_probe(PEN_SANDBOX_SCENE, &fault);
+
+	if (mode == PEN_SANDBOX_OFF)
+		pen_log(PEN_LOG_WARNING, "--sandbox off: scenes are read with this user's rights");
+	if (r == 0)
+		return 0;
+	if (mode == PEN_SANDBOX_REQUIRE)
+		return pen_error_set(err, r,
+			"%.300s; without it nothing is rendered for another machine, unless "
+			"--sandbox best-effort says that this is meant",
+			fault.text);
+	pen_log(PEN_LOG_WARNING, "%s; going on with what there is", fault.text);
+	return 0;
+}
+
 /* The zygote is forked before the key is read: it and all below it never see it. */
 static int run(const struct pen_worker_config *config, struct pen_error *err)
 {
@@ -32,6 +51,8 @@ static int run(const struct pen_worker_config *config, struct pen_error *err)
 	int code = PEN_WORKER_FAILED;
 
 	if (config->parent != 0 && pen_process_bind(config->parent, SIGKILL, err) < 0)
+		return PEN_WORKER_FAILED;
+	if (check_sandbox(config->sandbox, err) < 0)
 		return PEN_WORKER_FAILED;
 	if (pen_zygote_start(config, &zygote, err) < 0)
 		return PEN_WORKER_FAILED;

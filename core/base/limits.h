@@ -144,6 +144,9 @@
 #define PEN_METRICS_BYTES_MAX	 (1u << 20)
 #define PEN_EXPOSURE_MAX	 64.0
 
+/* What the trial of the sandbox may take at the start */
+#define PEN_SANDBOX_PROBE_MS 10000
+
 /* Encoded images */
 #define PEN_ENCODINGS_WAITING_MAX 64u
 #define PEN_ENCODING_MS		  60000 /* and a millisecond for each so many values: */

@@ -166,12 +166,22 @@ static const struct {
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
+static const char *const mode_names[] = {"require", "best-effort", "off"};
+
+const char *pen_sandbox_mode_name(enum pen_sandbox_mode mode)
+{
+	return mode_names[mode];
+}
+
+bool pen_sandbox_is_built(void)
+{
+	return !SANITIZER;
+}
+
 int pen_sandbox_mode_parse(const char *name, enum pen_sandbox_mode *ret_mode, struct pen_error *err)
 {
-	static const char *const names[] = {"require", "best-effort", "off"};
-
-	for (size_t i = 0; i < COUNT(names); i++)
-		if (strcmp(name, names[i]) == 0) {
+	for (size_t i = 0; i < COUNT(mode_names); i++)
+		if (strcmp(name, mode_names[i]) == 0) {
 			*ret_mode = (enum pen_sandbox_mode)i;
 			return 0;
 		}
@@ -216,10 +226,13 @@ static int enter_landlock(enum pen_sandbox_mode mode, struct pen_error *err)
 	long fd;
 	int r = 0;
 
+	if (abi < 1 && mode == PEN_SANDBOX_BEST_EFFORT)
+		return 0;
 	if (abi < 1)
-		return mode == PEN_SANDBOX_REQUIRE
-			       ? pen_error_system(err, errno, "this kernel lacks Landlock")
-			       : 0;
+		return pen_error_set(err, PEN_EUNSUPPORTED, "this kernel lacks Landlock: %s",
+			errno == EOPNOTSUPP ? "it was started without landlock among its lsm="
+					    : "it takes Linux 5.13 or later with "
+					      "CONFIG_SECURITY_LANDLOCK, and leave to use it");
 	rules.fs |= (abi >= 2 ? LANDLOCK_FS_REFER : 0) | (abi >= 3 ? LANDLOCK_FS_TRUNCATE : 0) |
 		    (abi >= 5 ? LANDLOCK_FS_IOCTL_DEV : 0);
 	rules.net = LANDLOCK_NET_TCP;
@@ -297,21 +310,30 @@ static int add_rules(scmp_filter_ctx filter, enum pen_sandbox_profile profile)
 	return r;
 }
 
+static int make_filter(enum pen_sandbox_profile profile)
+{
+	/* libseccomp makes none for a kernel that could not load it, and says no reason. */
+	scmp_filter_ctx filter = seccomp_init(SCMP_ACT_KILL_PROCESS);
+	int r = filter ? add_rules(filter, profile) : -ENOSYS;
+
+	if (r == 0)
+		r = seccomp_load(filter);
+	if (filter)
+		seccomp_release(filter);
+	return r;
+}
+
 static int enter_seccomp(
 	enum pen_sandbox_profile profile, enum pen_sandbox_mode mode, struct pen_error *err)
 {
-	scmp_filter_ctx filter = seccomp_init(SCMP_ACT_KILL_PROCESS);
-	int r;
+	int r = make_filter(profile);
 
-	if (!filter)
-		return pen_error_memory(err);
-	r = add_rules(filter, profile);
-	if (r == 0)
-		r = seccomp_load(filter);
-	seccomp_release(filter);
 	if (r == 0 || mode == PEN_SANDBOX_BEST_EFFORT)
 		return 0;
-	return pen_error_system(err, -r, "seccomp");
+	return pen_error_set(err, PEN_EUNSUPPORTED,
+		"this kernel lacks seccomp filters (%s): they take CONFIG_SECCOMP_FILTER, and "
+		"leave to use them",
+		strerror(-r));
 }
 
 /* Root without capabilities cannot pass itself off as another process, nor override modes. */

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 
 #include <signal.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -40,10 +41,16 @@ struct pen_sandbox_limits {
 int pen_sandbox_mode_parse(
 	const char *name, enum pen_sandbox_mode *ret_mode, struct pen_error *err);
 
+const char *pen_sandbox_mode_name(enum pen_sandbox_mode mode);
+
+/* False in builds with a sanitizer: see pen_sandbox_enter. */
+bool pen_sandbox_is_built(void);
+
 /*
  * Confines the calling process for good. Call it before any thread exists: threads and children
  * made afterwards inherit it. Inside, opening and stat of a path fail with EACCES; anything else
- * forbidden ends the process with SIGSYS. A failure may leave it half confined: leave then.
+ * forbidden ends the process with SIGSYS. A failure may leave it half confined: leave then; with
+ * PEN_EUNSUPPORTED the text names what the kernel lacks.
  *
  * Sanitizers open files, trace and map without bounds: in their builds every mode means OFF and
  * the memory limit is not set.

@@ -49,7 +49,8 @@ static int start(struct server *server, uv_loop_t *loop, char **argv, struct pen
 	struct pen_http_options options = {
 		.socket = -1, .assets_dir = argv[2], .scenes_dir = argv[2], .jobs = server->jobs};
 	struct sockaddr_in *address = (struct sockaddr_in *)&options.address;
-	int r = pen_encoders_create(loop, argv[1], argv[2], &server->encoders, err);
+	int r = pen_encoders_create(
+		loop, argv[1], PEN_SANDBOX_REQUIRE, argv[2], &server->encoders, err);
 
 	if (r == 0)
 		r = pen_shelf_create(argv[2], &server->shelf, err);

@@ -28,6 +28,7 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-renders -x -d "hours"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-frames -x -d "MiB"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l sandbox -x -a "require best-effort off"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "error warning info debug"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l config -r -d "settings"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l parent-death -d "end with the parent"
