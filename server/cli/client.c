@@ -2,6 +2,7 @@
 #include "server/cli/client.h"
 
 #include "core/base/buf.h"
+#include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "server/cli/credentials.h"
 #include "server/cli/interrupt.h"
@@ -12,7 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { CONNECT_S = 5, SILENCE_S = 60 };
+enum { CONNECT_S = 5, SILENCE_S = 60, STARTING_MS = 2000, RETRY_MS = 50 };
 
 struct pen_client {
 	CURL *curl;
@@ -162,6 +163,15 @@ static int code_of_status(long status)
 	}
 }
 
+static bool is_refused(const struct pen_client *client, CURLcode code)
+{
+	long reason = 0;
+
+	return code == CURLE_COULDNT_CONNECT &&
+	       curl_easy_getinfo(client->curl, CURLINFO_OS_ERRNO, &reason) == CURLE_OK &&
+	       reason == ECONNREFUSED;
+}
+
 static int transfer_failure(struct pen_client *client, CURLcode code, struct pen_error *err)
 {
 	const char *reason = client->reason[0] ? client->reason : curl_easy_strerror(code);
@@ -170,6 +180,8 @@ static int transfer_failure(struct pen_client *client, CURLcode code, struct pen
 		return pen_error_system(err, client->write_errno, "write the image");
 	if (client->body.failed)
 		return pen_error_set(err, PEN_EPROTOCOL, "%s: the answer is too long", client->url);
+	if (is_refused(client, code))
+		reason = "nothing listens there; \"penumbra serve\" starts a coordinator";
 	return pen_error_set(err, PEN_ECLOSED, "cannot reach %s: %s", client->url, reason);
 }
 
@@ -185,6 +197,19 @@ static int refusal(struct pen_client *client, struct pen_error *err)
 	return pen_error_set(err, code_of_status(status), "%s (%ld)", detail, status);
 }
 
+/* A coordinator that was started just before is given the time to listen. */
+static CURLcode transfer(struct pen_client *client)
+{
+	const int64_t deadline_ms = pen_clock_ms() + STARTING_MS;
+	CURLcode code = curl_easy_perform(client->curl);
+
+	while (is_refused(client, code) && pen_clock_ms() < deadline_ms && !pen_interrupted()) {
+		pen_interrupt_sleep(RETRY_MS);
+		code = curl_easy_perform(client->curl);
+	}
+	return code;
+}
+
 static int perform(
 	struct pen_client *client, const char *method, const char *path, struct pen_error *err)
 {
@@ -198,7 +223,7 @@ static int perform(
 	}
 	curl_easy_setopt(client->curl, CURLOPT_URL, url.data);
 	curl_easy_setopt(client->curl, CURLOPT_CUSTOMREQUEST, method);
-	code = curl_easy_perform(client->curl);
+	code = transfer(client);
 	pen_buf_finish(&url);
 	if (code != CURLE_OK)
 		return transfer_failure(client, code, err);

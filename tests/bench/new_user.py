@@ -43,7 +43,7 @@ class Path:
 
     def command(self, script, where):
         return [*debian.AS_ROOT, "chroot", str(self.chroot.root), "su", "-", USER, "-c",
-                f"cd {where} && set -eu && {script}"]
+                f"cd {where}\nset -eu\n{script}"]
 
     def step(self, what, call):
         """Tells how long it took."""

@@ -129,7 +129,21 @@ def test_no_server_is_told_apart():
         unused.bind(("127.0.0.1", 0))
         url = f"http://127.0.0.1:{unused.getsockname()[1]}"
         run = penumbra("status", "abc", "--server", url)
-    assert run.returncode == 3 and f"cannot reach {url}" in run.stderr
+    assert run.returncode == 3 and f"cannot reach {url}: nothing listens there" in run.stderr
+
+
+def test_a_server_that_is_just_starting_is_waited_for():
+    """Breaks when what the README has one type, serve in the background and then submit, fails."""
+    answers = {("GET", "/v1/renders/abc"): (200, DONE)}
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        port = unused.getsockname()[1]
+    asking = subprocess.Popen([program("penumbra"), "status", "abc", "--server", f"http://127.0.0.1:{port}"],
+                              stdout=subprocess.PIPE, text=True)
+    time.sleep(0.3)
+    with FakeServer(answers, port=port):
+        told, _ = asking.communicate(timeout=30)
+    assert asking.returncode == 0 and "abc" in told
 
 
 @pytest.mark.parametrize("status, answer, complaint", [
