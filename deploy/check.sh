@@ -1,10 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Static checks: format, clang-tidy, cppcheck, shellcheck, manual pages, and the lint tests.
+# Static checks: format, clang-tidy, gcc -fanalyzer, cppcheck, shellcheck, manual pages, and the lint tests.
 #
 #   deploy/check.sh          all of them; clang-tidy takes some ten minutes the first time: files
 #                            that it found clean are read again when they, a header or the checks change
-#   deploy/check.sh quick    without clang-tidy and the lint tests, as tests/run.sh calls it
+#   deploy/check.sh quick    without clang-tidy, the analyzer and the lint tests, as tests/run.sh calls it
 # shellcheck disable=SC2317 # the check_ functions are called through step
 set -uo pipefail
 
@@ -39,7 +39,7 @@ tidy_one() {
 
 check_tidy() {
     mkdir -p "$cache"
-    git -c 'safe.directory=*' ls-files -z -- '*.h' .clang-tidy | xargs -0 cat >"$cache/shared"
+    git -c 'safe.directory=*' ls-files -z -- '*.h' '*.clang-tidy' | xargs -0 cat >"$cache/shared"
     export -f tidy_one
     export build cache
     # Only what this build compiles. The $1 is the inner shell's.
@@ -84,6 +84,7 @@ step shellcheck check_scripts
 step mandoc check_manuals
 if [ "${1-}" != quick ]; then
     step lint check_lint
+    step gcc-analyzer /usr/bin/python3 deploy/analyze.py "$build"
     step clang-tidy check_tidy
 fi
 exit $failed

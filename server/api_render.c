@@ -154,13 +154,13 @@ void pen_api_render_get(struct pen_exchange *exchange, const struct pen_api_para
 	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
 	const bool conditional = pen_exchange_field(exchange, "If-None-Match") != NULL;
 	char etag[ETAG_TEXT];
+	bool has_changed;
 
 	if (!job)
 		return;
 	format_etag(exchange, job, etag);
-	if (conditional && !client_has(exchange, etag))
-		answer_render(exchange, job); /* there has been a change */
-	else if (!pen_api_hold(exchange, job, false, answer_render))
+	has_changed = conditional && !client_has(exchange, etag);
+	if (has_changed || !pen_api_hold(exchange, job, false, answer_render))
 		answer_render(exchange, job);
 }
 

@@ -41,7 +41,7 @@ void pen_backlog_finish(struct pen_backlog *backlog);
 void pen_backlog_restart(struct pen_backlog *backlog);
 
 /* Samples of a tile's next round, over all its pixels. */
-uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t tile);
+uint64_t pen_backlog_samples(const struct pen_backlog *backlog, uint32_t index);
 
 /* The next round of a tile, and how often it was given back. */
 uint32_t pen_backlog_round(const struct pen_backlog *backlog, uint32_t tile);
@@ -86,7 +86,7 @@ void pen_backlog_depart(struct pen_backlog *backlog, uint64_t worker);
 
 /* NULL: nobody who left has made the tile's next round. */
 const struct pen_backlog_opinion *pen_backlog_ghost(
-	const struct pen_backlog *backlog, uint32_t tile);
+	const struct pen_backlog *backlog, uint32_t index);
 void pen_backlog_opine(
 	struct pen_backlog *backlog, uint32_t tile, uint64_t worker, uint64_t digest);
 

@@ -66,6 +66,18 @@ static int join(char *ret_path, const char *dir, const char *name, struct pen_er
 	return 0;
 }
 
+/* NULL at the end, and, with r < 0, when the directory cannot be read on. */
+static const struct dirent *next_entry(DIR *dir, const char *path, int *r, struct pen_error *err)
+{
+	const struct dirent *entry;
+
+	errno = 0;
+	entry = readdir(dir);
+	if (!entry && errno != 0)
+		*r = pen_error_system(err, errno, "cannot read %s", path);
+	return entry;
+}
+
 /* The files of a directory whose names begin so; those that go meanwhile are left out. */
 static int copy_files(
 	struct backup *backup, const char *name, const char *prefix, struct pen_error *err)
@@ -82,7 +94,10 @@ static int copy_files(
 	if (mkdir(to, 0700) < 0 && errno != EEXIST)
 		return pen_error_system(err, errno, "cannot make %s", to);
 	dir = opendir(from);
-	while (r == 0 && dir && (entry = readdir(dir)) != NULL) {
+	/* An old data directory may lack one; one that cannot be read must not be left out. */
+	if (!dir && errno != ENOENT)
+		r = pen_error_system(err, errno, "cannot read %s", from);
+	while (r == 0 && dir && (entry = next_entry(dir, from, &r, err)) != NULL) {
 		if (entry->d_name[0] == '.' || strncmp(entry->d_name, prefix, strlen(prefix)) != 0)
 			continue;
 		r = join(file, from, entry->d_name, err);

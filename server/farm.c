@@ -143,8 +143,8 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 	}
 	replace_twin(worker);
 	worker->shown.id = ++farm->id_last;
-	worker->shown.quarantined = has_lasting_key(worker) &&
-				    pen_muster_is_barred(farm->muster, worker->key);
+	worker->shown.quarantined =
+		has_lasting_key(worker) && pen_muster_is_barred(farm->muster, worker->key);
 	welcome.u.welcome = (struct pen_msg_welcome){worker->shown.id, PEN_HEARTBEAT_MS};
 	pen_link_send(worker->link, &welcome);
 	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s%s",

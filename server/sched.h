@@ -148,7 +148,8 @@ struct pen_sched_worker {
 	uint32_t processes;
 	const char *equivalence_class;
 	bool trusted;	/* more than those that are not: of two that disagree it has it right */
-	bool convicted; /* it comes back after wrong pixels, and takes no leases until it is reset */
+	bool convicted; /* it comes back after wrong pixels, and takes no leases until it is reset
+			 */
 };
 
 /* A live lease. */

@@ -154,6 +154,7 @@ static void format_secret(const uint8_t *bits, char *ret_secret)
 		"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 	char *out = ret_secret + strlen(secret_prefix);
 
+	/* The digits follow. NOLINTNEXTLINE(bugprone-not-null-terminated-result) */
 	memcpy(ret_secret, secret_prefix, strlen(secret_prefix));
 	for (size_t bit = 0; bit < SECRET_BYTES * 8; bit += 6) {
 		unsigned pair = (unsigned)bits[bit / 8] << 8;

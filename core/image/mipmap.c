@@ -80,8 +80,11 @@ static void store(const struct averaging *a, size_t index, const double mean[4])
 	uint8_t *to = (uint8_t *)a->mipmap->texels + 4 * index;
 
 	for (int c = 0; c < 4; c++)
-		to[c] = a->encode && c < 3 ? pen_tonemap_value(a->encode, (float)mean[c])
-					   : (uint8_t)(mean[c] * 255.0 + 0.5);
+		if (a->encode && c < 3)
+			to[c] = pen_tonemap_value(a->encode, (float)mean[c]);
+		else
+			/* Never below 0. NOLINTNEXTLINE(bugprone-incorrect-roundings) */
+			to[c] = (uint8_t)(mean[c] * 255.0 + 0.5);
 }
 
 static void average_texel(const struct averaging *a, const struct pen_mip_level *from,

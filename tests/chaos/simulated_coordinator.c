@@ -472,7 +472,8 @@ static void handle_hello(struct sim *sim, const struct event *event)
 {
 	struct peer *peer = &sim->peers[event->worker];
 	const struct sim_worker *worker = &sim->workers[event->worker];
-	struct pen_sched_worker added = {0, worker->processes, worker->class_text, worker->trusted, false};
+	struct pen_sched_worker added = {
+		0, worker->processes, worker->class_text, worker->trusted, false};
 
 	if (peer->id != 0)
 		drop_peer(sim, peer);

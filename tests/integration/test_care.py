@@ -128,6 +128,19 @@ def test_a_backup_of_a_running_coordinator(service, tmp_path):
         assert other.image(undisturbed) == wanted
 
 
+def test_a_backup_that_cannot_read_all_fails(service, tmp_path):
+    """Broken by a directory that is left out because it cannot be opened: the renders whose files it has
+    would be missing from the copy, and nobody would know before it is needed."""
+    service.wait(service.submit(small(1)))
+    service.stop()
+    frames = service.data / "frames"
+    frames.rename(tmp_path / "aside")
+    frames.write_text("no directory")
+    run = care("backup", "--data", service.data, tmp_path / "copy")
+    assert run.returncode == 1 and "cannot read" in run.stderr and "frames" in run.stderr
+    assert not (tmp_path / "copy").exists()
+
+
 def test_a_damaged_backup_is_not_restored(service, tmp_path):
     """Broken by a restore that brings back what is not what was saved."""
     render = service.submit(small(1))

@@ -444,8 +444,8 @@ static void test_who_comes_back_convicted_waits_for_a_reset(void **state)
 	assert_int_equal(pen_sched_add_worker(sched, &worker, NULL), 0);
 	assert_int_equal(tick(sched, 0).count, 0);
 	assert_int_equal(tick(sched, 1000 * (int64_t)PEN_QUARANTINE_MS).count, 0);
-	actions = pen_sched_step(sched,
-		&(struct pen_sched_event){.type = PEN_SCHED_WORKER_RESET, .worker = 1}, 0);
+	actions = pen_sched_step(
+		sched, &(struct pen_sched_event){.type = PEN_SCHED_WORKER_RESET, .worker = 1}, 0);
 	assert_int_equal(find(actions, PEN_SCHED_RELEASED).worker, 1);
 	assert_int_equal(find(actions, PEN_SCHED_LEASE).worker, 1);
 	pen_sched_destroy(sched);
