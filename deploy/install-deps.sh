@@ -42,6 +42,7 @@ test_packages=(
     clang-format clang-tidy     # format and static checks
     cppcheck                    # static checks
     shellcheck                  # scripts
+    strace                      # what scenes' names make a farm open
     spin                        # searches the model of leases and commits
     mandoc                      # manual pages
     chromium                    # the web page, used in a real browser

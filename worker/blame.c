@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "worker/blame.h"
 
+#include "core/base/limits.h"
+
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -23,6 +25,11 @@ enum pen_fault pen_blame_of(const char *process, int status, char *ret_reason)
 	if (WIFSTOPPED(status)) {
 		(void)snprintf(ret_reason, PEN_BLAME_TEXT, "%s stopped from outside", process);
 		return PEN_FAULT_KILLED;
+	}
+	if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
+		(void)snprintf(ret_reason, PEN_BLAME_TEXT,
+			"an image of the scene took more than %u s to decode", PEN_PICTURE_CPU_S);
+		return PEN_FAULT_SCENE;
 	}
 	if (WIFSIGNALED(status)) {
 		const char *name = sigabbrev_np(WTERMSIG(status));

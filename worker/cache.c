@@ -501,6 +501,10 @@ void pen_cache_child(struct pen_cache *cache, uint32_t id, int status)
 			continue;
 		pen_log(PEN_LOG_WARNING, "%s", reason);
 		pen_host_ended(entry->host, fault, reason);
+		if (entry->state == ENTRY_LOADING && fault == PEN_FAULT_SCENE) {
+			fail(cache, entry, fault, reason);
+			return;
+		}
 		if (entry->state == ENTRY_LOADING)
 			cache->events->crashed(cache->user, &entry->sha256, fault, reason);
 		drop_host(entry);

@@ -60,6 +60,7 @@
 #define PEN_PICTURE_PIXELS_MAX	 (1u << 26)
 #define PEN_PICTURE_CHANNELS_MAX 64u	     /* that are stored; four are read */
 #define PEN_PICTURE_SCANS_MAX	 64u	     /* of a JPEG */
+#define PEN_PICTURE_CPU_S	 20u	     /* of processor time to decode one */
 #define PEN_PICTURES_BYTES_MAX	 (2ul << 30) /* decoded, all of a scene with their averages */
 
 /* glTF assets */

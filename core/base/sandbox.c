@@ -374,6 +374,22 @@ int pen_sandbox_enter(enum pen_sandbox_profile profile, enum pen_sandbox_mode mo
 	return r < 0 ? r : enter_seccomp(profile, mode, err);
 }
 
+int pen_sandbox_allow_cpu(uint32_t seconds, struct pen_error *err)
+{
+	struct rlimit limit;
+	struct rusage used;
+	rlim_t end;
+
+	if (SANITIZER)
+		return 0;
+	if (getrusage(RUSAGE_SELF, &used) < 0 || getrlimit(RLIMIT_CPU, &limit) < 0)
+		return pen_error_system(err, errno, "RLIMIT_CPU");
+	/* The kernel counts whole seconds: two are begun already. */
+	end = (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 2 + seconds;
+	limit.rlim_cur = seconds > 0 && end < limit.rlim_max ? end : limit.rlim_max;
+	return setrlimit(RLIMIT_CPU, &limit) < 0 ? pen_error_system(err, errno, "RLIMIT_CPU") : 0;
+}
+
 int pen_process_bind(pid_t parent, int signal_number, struct pen_error *err)
 {
 	if (prctl(PR_SET_PDEATHSIG, signal_number) < 0)

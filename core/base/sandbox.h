@@ -59,6 +59,13 @@ int pen_sandbox_enter(enum pen_sandbox_profile profile, enum pen_sandbox_mode mo
 	const struct pen_sandbox_limits *limits, struct pen_error *err);
 
 /*
+ * What this process may compute from now on, all its threads together, before the kernel ends it by
+ * SIGXCPU; 0: without bound, as far as pen_sandbox_enter left it so. Nothing in builds with a
+ * sanitizer. It can be called within the sandbox of a scene process.
+ */
+int pen_sandbox_allow_cpu(uint32_t seconds, struct pen_error *err);
+
+/*
  * Has the kernel send signal_number when parent ends, and ends the process at once when it already
  * has. parent is what getpid() gave before the fork. Not inherited: each child calls it anew.
  */

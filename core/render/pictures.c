@@ -2,6 +2,7 @@
 #include "core/render/pictures.h"
 
 #include "core/base/limits.h"
+#include "core/base/sandbox.h"
 #include "core/scene/parse.h"
 
 #include <stdbool.h>
@@ -52,6 +53,8 @@ static int load_one(struct pen_pictures *pictures, const struct pen_picture_desc
 	uint64_t size;
 	int r = find_bytes(desc, blob, &bytes, err);
 
+	if (r == 0)
+		r = pen_sandbox_allow_cpu(PEN_PICTURE_CPU_S, err);
 	if (r == 0)
 		r = pen_picture_decode(bytes.bytes, bytes.size, &picture, err);
 	if (r < 0)
@@ -131,6 +134,8 @@ int pen_pictures_load(const struct pen_scene *scene, const struct pen_blob *blob
 
 	if (r == 0)
 		r = load_wanted(pictures, scene, blobs, wanted, errors, err);
+	if (r == 0)
+		r = pen_sandbox_allow_cpu(0, err);
 	if (r == 0 && scene->background.picture != PEN_NO_INDEX)
 		r = pen_environment_create(pictures->mipmaps[mipmap_of_background(scene)],
 			&scene->background, &pictures->environment, err);

@@ -21,7 +21,9 @@ struct pen_pictures;
 /*
  * Decodes all pictures that textures or the background refer to. blobs: the bytes of each of the
  * scene's assets, needed only here. On PEN_EINVALID errors names every picture that is no image, is
- * damaged or breaks a limit of core/base/limits.h, by its pointer and place.
+ * damaged or breaks a limit of core/base/limits.h, by its pointer and place. One that takes longer
+ * than PEN_PICTURE_CPU_S ends the process by SIGXCPU: a library that does not come back cannot be
+ * stopped otherwise.
  */
 int pen_pictures_load(const struct pen_scene *scene, const struct pen_blob *blobs,
 	struct pen_scene_errors *errors, struct pen_pictures **ret_pictures, struct pen_error *err);

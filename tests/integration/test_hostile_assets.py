@@ -114,6 +114,26 @@ def service():
         yield running
 
 
+@pytest.mark.skipif(HAS_SANITIZER, reason="builds with sanitizers do not limit the processor's time")
+@pytest.mark.parametrize("planted, reason", [("crash", "ended by SIGSEGV"), ("loop", "took more than 20 s to decode")])
+def test_a_library_gone_wrong_fails_the_render_alone(planted, reason, monkeypatch):
+    """Broken by a reader of images that crashes, or never comes back, and takes more along than its own
+    render, or leaves that without a word."""
+    monkeypatch.setenv("LD_PRELOAD", str(farm.BIN.parent / "tests" / "planted.so"))
+    monkeypatch.setenv("PENUMBRA_PLANTED", planted)
+    with farm.Farm(1, "--tile", 16, "--sandbox", "require") as service:
+        before = service.render(good_scene())
+        family = [service.server.pid, *(pid for pool in service.pools() for pid in (pool.pool, *pool.zygotes()))]
+        start = time.monotonic()
+        render = service.submit(showing(service, "picture", hostile_pictures.png(hostile_pictures.ihdr(),
+                                                                                hostile_pictures.idat(b"\0" * 200))))
+        found = service.wait(render, 400, "failed")  # a busy machine gives it little
+        print(planted, found["error"], time.monotonic() - start)
+        assert reason in found["error"]
+        assert service.render(good_scene()) == before
+        assert all(map(farm.alive, family))
+
+
 def test_a_farm_outlives_hundreds_of_them(service, tmp_path):
     """Broken by a file that ends, stops or outgrows a scene process, whose render does not say what
     is wrong, and by anything that lasts: a lost process, or other bits afterwards."""
