@@ -8,6 +8,7 @@
 #include "server/certificate.h"
 #include "server/drain.h"
 #include "server/exchange.h"
+#include "server/visitor.h"
 #include "server/watch.h"
 
 #include <assert.h>
@@ -27,6 +28,7 @@ struct pen_http {
 	uv_timer_t timer; /* what it waits for besides */
 	unsigned handles; /* open; the last that closes frees all */
 	struct pen_drains drains;
+	struct pen_visitors *visitors;
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
 	uint16_t port;
@@ -41,6 +43,7 @@ struct request {
 	unsigned status;
 	bool handled;	  /* by the API, which answers or has answered */
 	bool suspended;	  /* until the answer comes */
+	bool streams;	  /* the answer: events, as they come */
 	unsigned refused; /* status: no room for the body, the rest of which is thrown away */
 	struct request *previous, *next;
 };
@@ -211,6 +214,7 @@ void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer 
 	request->response =
 		pen_stream_response(source, request->connection, look_again, request->http);
 	request->status = answer->status;
+	request->streams = true;
 	if (request->response && !add_fields(request->response, answer)) {
 		MHD_destroy_response(request->response);
 		request->response = NULL;
@@ -276,8 +280,21 @@ void pen_exchange_each_query(const struct pen_exchange *exchange,
 
 /* What libmicrohttpd calls */
 
+/* NULL when it is not watched. */
+static struct pen_visitor *visitor_of(struct MHD_Connection *connection)
+{
+	return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)
+		->socket_context;
+}
+
 static enum MHD_Result queue_answer(struct request *request)
 {
+	struct pen_visitor *visitor = visitor_of(request->connection);
+
+	if (request->streams)
+		pen_visitor_waits(visitor);
+	else
+		pen_visitor_takes(visitor);
 	/* Without a response there was no memory for one: the connection ends. */
 	if (!request->response)
 		return MHD_NO;
@@ -374,6 +391,7 @@ static void take_upload(struct request *request, const char *data, size_t size)
 /* A body of unknown length is read to its end even when it turns out to be too large. */
 static void take_body(struct request *request, const char *data, size_t size)
 {
+	pen_visitor_sent(visitor_of(request->connection), size);
 	if (request->exchange.upload)
 		take_upload(request, data, size);
 	if (!keeps_body(request))
@@ -397,6 +415,7 @@ static enum MHD_Result finish_request(struct request *request)
 	if (!request_awaited(request))
 		return queue_answer(request);
 	request->suspended = true;
+	pen_visitor_waits(visitor_of(request->connection));
 	MHD_suspend_connection(request->connection);
 	return MHD_YES;
 }
@@ -411,6 +430,7 @@ static enum MHD_Result access_handler(void *user, struct MHD_Connection *connect
 	if (!request) {
 		request = request_create(user, connection, url, method_of(method));
 		*con_cls = request;
+		pen_visitor_sends(visitor_of(connection));
 		return request ? begin(request) : MHD_NO;
 	}
 	if (*upload_data_size > 0) {
@@ -426,13 +446,41 @@ static void request_completed(void *user, struct MHD_Connection *connection, voi
 {
 	struct request *request = *con_cls;
 
-	(void)user, (void)connection, (void)code;
+	(void)user, (void)code;
 	*con_cls = NULL;
+	pen_visitor_rests(visitor_of(connection));
 	if (!request)
 		return;
 	request->connection = NULL;
 	if (!request_awaited(request))
 		request_destroy(request);
+}
+
+static enum MHD_Result connection_welcome(
+	void *user, const struct sockaddr *address, socklen_t size)
+{
+	const struct pen_http *http = user;
+
+	(void)size;
+	return pen_visitors_welcome(http->visitors, address) ? MHD_YES : MHD_NO;
+}
+
+static void connection_changed(void *user, struct MHD_Connection *connection, void **socket_context,
+	enum MHD_ConnectionNotificationCode code)
+{
+	struct pen_http *http = user;
+	const struct sockaddr *address;
+	int fd;
+
+	if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+		pen_visitor_leave(*socket_context);
+		*socket_context = NULL;
+		return;
+	}
+	fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+	address = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS)
+			  ->client_addr;
+	*socket_context = pen_visitor_enter(http->visitors, fd, address);
 }
 
 /* The loop's side */
@@ -526,12 +574,12 @@ static int start_daemon(
 	http->port = port_of(fd);
 	if (!certificate)
 		tls[0].option = MHD_OPTION_END;
-	http->daemon = MHD_start_daemon(flags, 0, NULL, NULL, access_handler, http,
+	http->daemon = MHD_start_daemon(flags, 0, connection_welcome, http, access_handler, http,
 		MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED, request_completed, http,
-		MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
-		MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY,
-		tls, MHD_OPTION_END);
+		MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http, MHD_OPTION_CONNECTION_LIMIT,
+		PEN_HTTP_CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S,
+		MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)PEN_HTTP_MEMORY,
+		MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
 	if (http->daemon)
 		return 0;
 	(void)close(fd);
@@ -576,6 +624,8 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	http->timer.data = http;
 	http->handles++;
 	r = pen_watches_create(loop, options->jobs, &http->api.watches, err);
+	if (r == 0)
+		r = pen_visitors_create(loop, &http->visitors, err);
 	if (r == 0)
 		r = start_daemon(http, options, err);
 	if (r == 0)
@@ -633,5 +683,6 @@ void pen_http_destroy(struct pen_http *http)
 		uv_close((uv_handle_t *)&http->poll, handle_closed);
 	if (http->daemon)
 		MHD_stop_daemon(http->daemon);
+	pen_visitors_destroy(http->visitors);
 	uv_close((uv_handle_t *)&http->timer, handle_closed);
 }

@@ -135,6 +135,11 @@
 #define PEN_LIST_PAGE_MAX	 500u
 #define PEN_HTTP_BODIES_MAX	 (256u << 20) /* of all connections together */
 #define PEN_HTTP_IDLE_S		 15u
+#define PEN_HTTP_HEADER_MS	 10000u	      /* for the whole of a request's header */
+#define PEN_HTTP_GRACE_MS	 10000u	      /* before a body or an answer must keep its rate: */
+#define PEN_HTTP_RATE		 1024u	      /* bytes a second */
+#define PEN_HTTP_TRANSFER_MS	 900000u      /* of a body, and of an answer */
+#define PEN_HTTP_ADDRESS_MAX	 256u	      /* connections; a proxy elsewhere is one address */
 #define PEN_HTTP_DRAIN_MAX	 (1ull << 30) /* bytes read past an early answer */
 #define PEN_HTTP_DRAIN_MS	 30000
 #define PEN_WATCHES_MAX		 2048u /* clients that wait for a render to change */
