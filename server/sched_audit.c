@@ -151,9 +151,13 @@ bool pen_sched_may_opine(const struct pen_sched *sched, const struct pen_sched_t
 
 	if (count == 0 || !pen_backlog_has_opinion(backlog, tile, worker->id))
 		return true;
-	/* Better the same worker again than never: that finds what chance does to its memory. */
+	/*
+	 * Better the same worker again than never: that finds what chance does to its memory. Nor
+	 * is one that failed at the tile another: it would go on until the job fails.
+	 */
 	for (size_t i = 0; count == 1 && i < sched->worker_count; i++)
-		if (pen_sched_serves(sched->workers[i], job) && sched->workers[i] != worker)
+		if (pen_sched_serves(sched->workers[i], job) && sched->workers[i] != worker &&
+			!pen_backlog_failed_on(backlog, tile, sched->workers[i]->id))
 			return false;
 	return count == 1;
 }

@@ -25,7 +25,7 @@ static bool avoids(const struct pen_sched *sched, const struct pen_sched_turn *j
 
 		if (pen_sched_serves(other, job) &&
 			!pen_backlog_failed_on(backlog, tile, other->id) &&
-			!pen_backlog_has_opinion(backlog, tile, other->id))
+			pen_sched_may_opine(sched, job, backlog, tile, other))
 			return true;
 	}
 	return false;

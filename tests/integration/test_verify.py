@@ -7,6 +7,7 @@ import time
 import farm
 import pytest
 import scene
+from lying_worker import LIES, LyingWorker
 from tile_peer import LEASE, Peer, pixels_of
 
 
@@ -60,6 +61,33 @@ def test_a_liar_is_found(service, verify):
     assert service.image(render) == undisturbed
     assert liar.lies > 0 and found["restarts"] == 0
     assert state_of_liar(service) in ([], ["quarantined"])
+
+
+# How many results of such a worker may come before it is out of service (decisions/0009). Of what can be right
+# the first unit of each worker is compared. What cannot is refused, and costs the worker its place when another
+# has rendered three of these units, at its own pace. What it has leases for by then comes too.
+BOUNDS = {"size": 32, "NaN": 32, "flip": 1, "darken": 1, "id": 2, "replay": 2}
+LEASES_MAX = 8  # of a worker of one process
+
+
+@pytest.mark.parametrize("verify", ["spot", "full"])
+@pytest.mark.parametrize("lie", LIES)
+def test_each_lie_is_found_within_its_bound(service, lie, verify):
+    """Broken by a lie that gets into an image, takes longer to be found than was said, or costs the honest
+    worker its good name."""
+    undisturbed = service.render(subject(), 120)
+    liar = LyingWorker(service, LIES[lie]())
+    farm.wait_for(lambda: state_of_liar(service), 20, "the liar")
+    renders = [service.submit({"scene": subject(), "options": {"verify": verify, "name": str(i)}}) for i in range(3)]
+    for render in renders:
+        assert service.wait(render, 120)["restarts"] == 0
+        assert service.image(render) == undisturbed
+    found = {w["name"] == "liar": w for w in service.get("/v1/workers")["workers"]}
+    print(lie, verify, "sent", liar.told, "of", liar.own, found[True])
+    liar.close()
+    assert found[True]["state"] == "quarantined"
+    assert 0 < liar.told <= BOUNDS[lie] + LEASES_MAX
+    assert (found[False]["state"], found[False]["strikes"]) == ("ready", 0)
 
 
 def test_what_nobody_checked_is_redone(service):

@@ -52,6 +52,16 @@ static struct pen_sched_actions tick(struct pen_sched *sched, int64_t now_ms)
 	return pen_sched_step(sched, &(struct pen_sched_event){.type = PEN_SCHED_TICK}, now_ms);
 }
 
+static struct pen_sched_actions refuse(struct pen_sched *sched, struct pen_sched_action lease)
+{
+	return pen_sched_step(sched,
+		&(struct pen_sched_event){.type = PEN_SCHED_FAILURE,
+			.worker = lease.worker,
+			.lease = lease.lease,
+			.u.failure = {PEN_SCHED_FAULT_OWN, "wrong size"}},
+		0);
+}
+
 static struct pen_sched_actions result(
 	struct pen_sched *sched, struct pen_sched_action lease, uint64_t digest)
 {
@@ -215,6 +225,31 @@ static void test_a_lone_worker(void **state)
 	assert_int_equal(count(actions, PEN_SCHED_CONVICTED), 0);
 	lease = find(result(sched, find(actions, PEN_SCHED_LEASE), RIGHT), PEN_SCHED_LEASE);
 	assert_int_equal(count(result(sched, lease, RIGHT), PEN_SCHED_COMMIT), 1);
+	pen_sched_destroy(sched);
+}
+
+/* Broken by: a worker whose results cannot be taken, and that is asked again and again for the
+ * second one of a tile, until the render of the honest one fails. */
+static void test_who_fails_at_a_tile_is_not_asked_again(void **state)
+{
+	struct pen_sched *sched = make_sched(1);
+	struct pen_sched_actions actions;
+	struct pen_sched_action lease;
+	uint64_t honest;
+
+	(void)state;
+	add_job(sched, 1, 16, PEN_VERIFY_FULL);
+	add_worker(sched, 1, false);
+	add_worker(sched, 2, false);
+	lease = find(tick(sched, 0), PEN_SCHED_LEASE);
+	honest = lease.worker;
+	lease = find(result(sched, lease, RIGHT), PEN_SCHED_LEASE);
+	assert_int_not_equal(lease.worker, honest);
+	lease = find(refuse(sched, lease), PEN_SCHED_LEASE);
+	assert_int_equal(lease.worker, honest);
+	actions = result(sched, lease, RIGHT);
+	assert_int_equal(count(actions, PEN_SCHED_COMMIT), 1);
+	assert_int_equal(count(actions, PEN_SCHED_FAILED), 0);
 	pen_sched_destroy(sched);
 }
 
@@ -460,6 +495,7 @@ int main(void)
 		cmocka_unit_test(test_trust_decides),
 		cmocka_unit_test(test_nobody_decides),
 		cmocka_unit_test(test_a_lone_worker),
+		cmocka_unit_test(test_who_fails_at_a_tile_is_not_asked_again),
 		cmocka_unit_test(test_what_a_liar_did_is_redone),
 		cmocka_unit_test(test_what_a_lone_liar_did_is_redone),
 		cmocka_unit_test(test_nobody_confirms_itself_by_coming_again),
