@@ -103,6 +103,7 @@ run_all() {
     build asan
     build clang # the second compiler's warnings
     build fuzz fuzz_gltf fuzz_picture fuzz_scene fuzz_wire
+    build tsan penumbra penumbra-worker penumbra-encoder
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'
@@ -122,6 +123,9 @@ run_all() {
         tests/integration/test_gltf_models.py
     PEN_BIN=build/asan/bin PEN_SLOW=10 pytest_suite hostile-asan 120 \
         tests/integration/test_hostile_assets.py -k within_limits
+    PEN_BIN=build/tsan/bin PEN_SLOW=10 TSAN_OPTIONS=suppressions=$PWD/tests/support/threads.supp \
+        pytest_suite threads-tsan 150 tests/integration/test_restart.py \
+        tests/integration/test_wait.py -k 'not lost_framebuffer and not damaged_tiles'
     suite fuzz 90 $python tests/bench/fuzz.py --seconds 10 --no-record
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 420 tests/chaos
