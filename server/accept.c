@@ -49,6 +49,7 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	const struct pen_scene *scene = submission->scene;
 	struct pen_job job = {
 		.state = PEN_JOB_QUEUED,
+		.owner = submission->owner,
 		.scene_sha256 = submission->sha256,
 		.has_world = submission->has_world,
 		.world = submission->world,

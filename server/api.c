@@ -246,13 +246,32 @@ void pen_api_handle(struct pen_exchange *exchange)
 		pen_exchange_problem(exchange, 404, "there is nothing at this path");
 }
 
-struct pen_job *pen_api_find_job(struct pen_exchange *exchange, const char *id)
+bool pen_api_may_see(const struct pen_exchange *exchange, const struct pen_owner *owner)
 {
-	bool removed = false;
-	struct pen_job *job = pen_jobs_find(exchange->api->jobs, id, &removed);
+	const struct pen_caller *caller = &exchange->caller;
 
-	if (!job)
-		pen_exchange_problem(exchange, removed ? 410 : 404,
-			removed ? "this render was removed" : "there is no such render");
-	return job;
+	return (caller->scopes & PEN_SCOPE_ADMIN) != 0 ||
+	       (caller->owner.is_known && pen_owner_equal(&caller->owner, owner));
+}
+
+struct pen_job *pen_api_look_for_render(const struct pen_exchange *exchange, const char *id)
+{
+	struct pen_job *job = pen_jobs_find(exchange->api->jobs, id);
+
+	return job && pen_api_may_see(exchange, &job->owner) ? job : NULL;
+}
+
+struct pen_job *pen_api_find_render(struct pen_exchange *exchange, const char *id)
+{
+	struct pen_job *job = pen_api_look_for_render(exchange, id);
+	const struct pen_owner *removed;
+
+	if (job)
+		return job;
+	removed = pen_jobs_find_removed(exchange->api->jobs, id);
+	if (removed && pen_api_may_see(exchange, removed))
+		pen_exchange_problem(exchange, 410, "this render was removed");
+	else
+		pen_exchange_problem(exchange, 404, "there is no such render");
+	return NULL;
 }

@@ -48,7 +48,16 @@ bool pen_api_admit(struct pen_exchange *exchange);
 /* Answers the exchange, now or later. */
 void pen_api_handle(struct pen_exchange *exchange);
 
-/* The job of a path; when there is none, answers 404 or 410 and returns NULL. */
-struct pen_job *pen_api_find_job(struct pen_exchange *exchange, const char *id);
+/* Whether who asks may know of what is this owner's: it is his own, or he may do all. */
+bool pen_api_may_see(const struct pen_exchange *exchange, const struct pen_owner *owner);
+
+/*
+ * The render of that id, if who asks may know of it; NULL else. All that is asked about a render is
+ * asked by this or the next, so that nobody learns whether another one has it.
+ */
+struct pen_job *pen_api_look_for_render(const struct pen_exchange *exchange, const char *id);
+
+/* The same; when there is none, answers 404 or 410. */
+struct pen_job *pen_api_find_render(struct pen_exchange *exchange, const char *id);
 
 #endif

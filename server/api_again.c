@@ -13,6 +13,8 @@ int pen_api_again_read_key(const struct pen_exchange *exchange, struct pen_submi
 {
 	const char *key = pen_exchange_field(exchange, "Idempotency-Key");
 	const size_t length = key ? strlen(key) : 0;
+	struct pen_sha256 digest;
+	int r;
 
 	if (!key)
 		return 0;
@@ -20,7 +22,8 @@ int pen_api_again_read_key(const struct pen_exchange *exchange, struct pen_submi
 		return pen_error_set(
 			err, PEN_EINVALID, "an Idempotency-Key has from 1 to 255 characters");
 	submission->has_key = true;
-	return pen_sha256_of(key, length, &submission->key, err);
+	r = pen_sha256_of(key, length, &digest, err);
+	return r == 0 ? pen_owner_mix(&exchange->caller.owner, &digest, &submission->key, err) : r;
 }
 
 static bool find_key(struct pen_exchange *exchange, const struct pen_submission *submission,
@@ -49,8 +52,10 @@ static bool find_key(struct pen_exchange *exchange, const struct pen_submission 
 }
 
 /* What a worker that is here would make, bit for bit. */
-static struct pen_job *find_content(struct pen_api *api, const struct pen_submission *submission)
+static struct pen_job *find_content(
+	const struct pen_exchange *exchange, const struct pen_submission *submission)
 {
+	const struct pen_api *api = exchange->api;
 	const struct pen_worker *worker = NULL;
 	struct pen_job *job = NULL;
 	struct pen_sha256 content;
@@ -58,7 +63,7 @@ static struct pen_job *find_content(struct pen_api *api, const struct pen_submis
 	while (!job && (worker = pen_farm_next(api->farm, worker ? worker->id : 0)) != NULL)
 		if (pen_content_of(
 			    &submission->sha256, worker->equivalence_class, &content, NULL) == 0)
-			job = pen_jobs_find_content(api->jobs, &content);
+			job = pen_jobs_find_content(api->jobs, &exchange->caller.owner, &content);
 	/* One that was looked at less closely than is asked for now is another one. */
 	return job && job->verify >= submission->verify ? job : NULL;
 }
@@ -72,6 +77,6 @@ bool pen_api_again_find(struct pen_exchange *exchange, const struct pen_submissi
 	if (submission->has_key && !find_key(exchange, submission, ret_job))
 		return false;
 	if (!*ret_job && !pen_field_has_directive(control, "no-store"))
-		*ret_job = find_content(exchange->api, submission);
+		*ret_job = find_content(exchange, submission);
 	return true;
 }

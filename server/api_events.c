@@ -122,7 +122,7 @@ static bool write_done(struct pen_buf *text, const struct pen_job *job, uint64_t
 static bool read_events(void *user, struct pen_stream *stream, struct pen_buf *text)
 {
 	struct events *events = user;
-	const struct pen_job *job = pen_jobs_find(events->api->jobs, events->id, NULL);
+	const struct pen_job *job = pen_jobs_find(events->api->jobs, events->id);
 	const int64_t now_ms = pen_clock_ms();
 	const bool is_first = events->told_ms == 0;
 	const uint64_t since = events->seen;
@@ -177,7 +177,7 @@ static void begin_stream(struct pen_exchange *exchange, const struct pen_job *jo
 
 void pen_api_events(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	const char *last = pen_exchange_field(exchange, "Last-Event-ID");
 	struct pen_answer answer;
 	uint64_t seen = 0;

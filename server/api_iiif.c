@@ -15,7 +15,7 @@ enum { TILE_PX = 512 };
 
 void pen_api_iiif_base(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_answer answer;
 
 	if (!job)
@@ -53,7 +53,7 @@ static json_t *info_json(const struct pen_job *job, const char *host)
 void pen_api_iiif_info(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
 	static const char *const types[] = {"application/json", "application/ld+json"};
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_answer answer;
 
 	if (!job)
@@ -189,7 +189,7 @@ static unsigned read_image(
 
 void pen_api_iiif_image(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_encoding encoding;
 	struct pen_job_frame frame;
 	unsigned status;

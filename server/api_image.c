@@ -297,7 +297,7 @@ void pen_api_image_answer(struct pen_exchange *exchange, const struct pen_job *j
 
 void pen_api_image_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_encoding encoding;
 	struct pen_job_frame frame;
 

@@ -151,7 +151,7 @@ static void answer_render(struct pen_exchange *exchange, const struct pen_job *j
 
 void pen_api_render_get(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	const bool conditional = pen_exchange_field(exchange, "If-None-Match") != NULL;
 	char etag[ETAG_TEXT];
 	bool has_changed;
@@ -232,7 +232,7 @@ static int apply(struct pen_exchange *exchange, struct pen_job *job, struct pen_
 void pen_api_render_patch(
 	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_error err = PEN_ERROR_INIT;
 
 	if (job && apply(exchange, job, &err) < 0)
@@ -256,7 +256,7 @@ static void job_deleted(void *user, struct pen_job *job, const struct pen_error 
 void pen_api_render_delete(
 	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_error err = PEN_ERROR_INIT;
 
 	if (!job)
@@ -294,11 +294,20 @@ static int read_page(const struct pen_exchange *exchange, struct page *page, str
 	return 0;
 }
 
-static struct pen_job *next_of_page(struct pen_jobs *jobs, const struct page *page, uint64_t before)
+static bool is_of_page(
+	const struct pen_exchange *exchange, const struct page *page, const struct pen_job *job)
 {
+	return (page->any_state || job->state == page->state) &&
+	       pen_api_may_see(exchange, &job->owner);
+}
+
+static struct pen_job *next_of_page(
+	const struct pen_exchange *exchange, const struct page *page, uint64_t before)
+{
+	struct pen_jobs *jobs = exchange->api->jobs;
 	struct pen_job *job = pen_jobs_older(jobs, before);
 
-	while (job && !page->any_state && job->state != page->state)
+	while (job && !is_of_page(exchange, page, job))
 		job = pen_jobs_older(jobs, job->number);
 	return job;
 }
@@ -306,7 +315,6 @@ static struct pen_job *next_of_page(struct pen_jobs *jobs, const struct page *pa
 void pen_api_render_list(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
 	struct page page = {.limit = PAGE_DEFAULT, .before = UINT64_MAX};
-	struct pen_jobs *jobs = exchange->api->jobs;
 	struct pen_error err = PEN_ERROR_INIT;
 	struct pen_answer answer;
 	struct pen_job *job;
@@ -319,11 +327,11 @@ void pen_api_render_list(struct pen_exchange *exchange, const struct pen_api_par
 		return;
 	}
 	list = json_array();
-	job = next_of_page(jobs, &page, page.before);
+	job = next_of_page(exchange, &page, page.before);
 	while (job && list && json_array_size(list) < page.limit) {
 		pen_tree_append(&list, pen_api_render_json(job));
 		last = job->number;
-		job = next_of_page(jobs, &page, last);
+		job = next_of_page(exchange, &page, last);
 	}
 	pen_answer_json(&answer, 200,
 		json_pack("{s:o, s:o}", "renders", list, "next",

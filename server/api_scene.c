@@ -120,7 +120,7 @@ void pen_api_scene_get(struct pen_exchange *exchange, const struct pen_api_param
 void pen_api_render_scene(
 	struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
-	const struct pen_job *job = pen_api_find_job(exchange, parameters->id);
+	const struct pen_job *job = pen_api_find_render(exchange, parameters->id);
 	struct pen_error err = PEN_ERROR_INIT;
 	char hash[PEN_SHA256_TEXT];
 	struct pen_answer answer;

@@ -164,6 +164,20 @@ static bool is_new(struct pen_exchange *exchange, struct pen_submission *submiss
 	return false;
 }
 
+/* A render that another one is to replace and who asks may not see is one that is not there. */
+static void begin(struct submit *submit)
+{
+	struct pen_exchange *exchange = submit->exchange;
+	struct pen_submission *submission = &submit->reading.submission;
+
+	submission->owner = exchange->caller.owner;
+	if (!pen_api_look_for_render(exchange, submission->replaces))
+		submission->replaces[0] = '\0';
+	if (is_new(exchange, submission) && pen_jobs_submit(exchange->api->jobs, submission,
+						    accepted, exchange, &submit->err) < 0)
+		pen_exchange_error(exchange, &submit->err);
+}
+
 static void body_read(uv_work_t *work, int status)
 {
 	struct submit *submit = work->data;
@@ -177,9 +191,8 @@ static void body_read(uv_work_t *work, int status)
 		pen_exchange_error(exchange, &submit->err);
 	} else if (submit->result < 0) {
 		refuse(submit);
-	} else if (is_new(exchange, submission) && pen_jobs_submit(exchange->api->jobs, submission,
-							   accepted, exchange, &submit->err) < 0) {
-		pen_exchange_error(exchange, &submit->err);
+	} else {
+		begin(submit);
 	}
 	json_decref(submit->glb_scene);
 	free(submit);

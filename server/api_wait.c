@@ -35,7 +35,7 @@ static void handle_due(struct pen_watch *watch)
 		(void)pen_error_set(&err, PEN_ECLOSED, "the service is stopping");
 		pen_exchange_error(exchange, &err);
 	} else {
-		job = pen_api_find_job(exchange, held->id);
+		job = pen_api_find_render(exchange, held->id);
 		if (job)
 			held->answer(exchange, job);
 	}

@@ -104,6 +104,7 @@ bool pen_guard_knows(
 		return false;
 	memcpy(ret_caller->name, token->name, sizeof ret_caller->name);
 	ret_caller->scopes = token->scopes;
+	ret_caller->owner = (struct pen_owner){true, token->hash};
 	return true;
 }
 

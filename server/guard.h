@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "server/owner.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -19,6 +20,7 @@ struct pen_guard;
 struct pen_caller {
 	char name[PEN_KEY_NAME_MAX + 1]; /* "": nobody in particular */
 	unsigned scopes;		 /* of enum pen_scope */
+	struct pen_owner owner;		 /* of what is asked for */
 };
 
 /*

@@ -108,7 +108,7 @@ static void handle_accepted(void *user, const struct pen_error *err)
 
 void pen_jobs_replace(struct pen_jobs *jobs, const char *id)
 {
-	struct pen_job *job = pen_jobs_find(jobs, id, NULL);
+	struct pen_job *job = pen_jobs_find(jobs, id);
 	struct pen_error err;
 
 	if (job && !pen_job_is_over(job->state) &&
@@ -264,14 +264,14 @@ void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user)
 	jobs->listener = user;
 }
 
-struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed)
+struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id)
 {
-	bool removed;
-	struct pen_job *job = pen_job_table_find(&jobs->table, id, &removed);
+	return pen_job_table_find(&jobs->table, id);
+}
 
-	if (ret_removed)
-		*ret_removed = removed;
-	return job;
+const struct pen_owner *pen_jobs_find_removed(struct pen_jobs *jobs, const char *id)
+{
+	return pen_job_table_find_removed(&jobs->table, id);
 }
 
 int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struct pen_job **ret_job,
@@ -288,9 +288,14 @@ int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struc
 	return 0;
 }
 
-struct pen_job *pen_jobs_find_content(struct pen_jobs *jobs, const struct pen_sha256 *content)
+struct pen_job *pen_jobs_find_content(
+	struct pen_jobs *jobs, const struct pen_owner *owner, const struct pen_sha256 *content)
 {
-	return pen_job_index_find(&jobs->contents, content);
+	struct pen_sha256 mixed;
+
+	if (pen_owner_mix(owner, content, &mixed, NULL) < 0)
+		return NULL;
+	return pen_job_index_find(&jobs->contents, &mixed);
 }
 
 struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before)
@@ -436,11 +441,12 @@ static int load_tile(
 	return 0;
 }
 
-static int load_removed(void *user, const char *id, struct pen_error *err)
+static int load_removed(
+	void *user, const char *id, const struct pen_owner *owner, struct pen_error *err)
 {
 	struct pen_jobs *jobs = user;
 
-	return pen_job_table_add_removed(&jobs->table, id, err);
+	return pen_job_table_add_removed(&jobs->table, id, owner, err);
 }
 
 /* Framebuffers whose job is not there any more: a crash came between the two. */
@@ -456,7 +462,7 @@ static void sweep_frames(struct pen_jobs *jobs)
 		if (entry->d_name[0] == '.')
 			continue;
 		(void)snprintf(id, sizeof id, "%.*s", PEN_JOB_ID_TEXT - 1, entry->d_name);
-		if (!pen_jobs_find(jobs, id, NULL))
+		if (!pen_jobs_find(jobs, id))
 			(void)unlinkat(dirfd(frames), entry->d_name, 0);
 	}
 	if (frames)

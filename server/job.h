@@ -8,6 +8,7 @@
 #include "core/base/tile.h"
 #include "core/scene/parse.h"
 #include "core/scene/planes.h"
+#include "server/owner.h"
 #include "server/verify.h"
 
 #include <stdbool.h>
@@ -49,12 +50,14 @@ struct pen_job {
 	char id[PEN_JOB_ID_TEXT];
 	uint64_t number; /* rises with each job; newest = highest */
 	enum pen_job_state state;
+	struct pen_owner owner;
 	char *name;			 /* from the options, or NULL */
 	bool is_preview;		 /* nothing of it outlives the coordinator */
 	int64_t deadline_ms;		 /* not done by then, it fails; wall time, 0 = none */
 	enum pen_verify verify;		 /* how much of it is rendered twice */
 	bool has_key;			 /* it was asked for with an Idempotency-Key: */
-	struct pen_sha256 key, key_body; /* the digest of that, and of what came with it */
+	struct pen_sha256 key, key_body; /* the digest of that and its owner, and of what came with
+					    it */
 	struct pen_sha256 scene_sha256;	 /* of the canonical text */
 	bool has_world; /* it was accepted by this coordinator, and another view of its scene may
 			   be: */
@@ -130,6 +133,7 @@ struct pen_submission {
 	struct pen_scene *scene; /* parsed; ownership passes on success and on failure */
 	char *canonical;	 /* canonical text, heap; ownership passes likewise */
 	size_t canonical_size;
+	struct pen_owner owner;
 	const char *name; /* NULL without one */
 	uint32_t priority;
 	struct pen_sha256 sha256; /* of the canonical text */
@@ -181,11 +185,18 @@ void pen_jobs_replace(struct pen_jobs *jobs, const char *id);
 int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struct pen_job **ret_job,
 	struct pen_error *err);
 
-/* The newest render that is done and has this content address (server/content.h), or NULL. */
-struct pen_job *pen_jobs_find_content(struct pen_jobs *jobs, const struct pen_sha256 *content);
+/*
+ * The newest render of this owner that is done and has this content address (server/content.h), or
+ * NULL.
+ */
+struct pen_job *pen_jobs_find_content(
+	struct pen_jobs *jobs, const struct pen_owner *owner, const struct pen_sha256 *content);
 
-/* NULL when there is none. *ret_removed (may be NULL) tells whether there once was one. */
-struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed);
+/* NULL when there is none. Who may know of it is the caller's to check. */
+struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id);
+
+/* Whose the render was that had this id and was removed; NULL: there was none. */
+const struct pen_owner *pen_jobs_find_removed(struct pen_jobs *jobs, const char *id);
 
 /* Newest first: the newest with number < before (UINT64_MAX: of all); NULL at the end. */
 struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before);

@@ -13,13 +13,13 @@
 	"units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms, "             \
 	"restarts, error_code, error_text, image_revision, aovs, mode, threshold, error, "         \
 	"confidence, min_samples, frame_first, frame_count, frames_done, errors, "                 \
-	"warnings, samples_passed, deadline_ms, key, key_body, verify"
+	"warnings, samples_passed, deadline_ms, key, key_body, verify, owner"
 
 const char pen_job_row_put[] =
 	"INSERT OR REPLACE INTO jobs (" COLUMNS ")"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, "
 	"?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34, "
-	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43, ?44)";
+	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43, ?44, ?45)";
 
 const char pen_job_row_load[] = "SELECT " COLUMNS " FROM jobs ORDER BY number";
 
@@ -40,6 +40,11 @@ static void bind_hash(
 	if (is_there)
 		(void)sqlite3_bind_blob(
 			statement, place, sha256->bytes, sizeof sha256->bytes, SQLITE_STATIC);
+}
+
+void pen_row_bind_owner(sqlite3_stmt *put, int place, const struct pen_owner *owner)
+{
+	bind_hash(put, place, owner->is_known, &owner->token);
 }
 
 void pen_job_row_bind(struct sqlite3_stmt *put, const struct pen_job *job)
@@ -90,6 +95,7 @@ void pen_job_row_bind(struct sqlite3_stmt *put, const struct pen_job *job)
 	bind_hash(statement, 42, job->has_key, &job->key);
 	bind_hash(statement, 43, job->has_key, &job->key_body);
 	bind_number(statement, 44, job->verify);
+	pen_row_bind_owner(statement, 45, &job->owner);
 }
 
 void pen_row_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
@@ -117,6 +123,15 @@ static bool read_hash(sqlite3_stmt *row, int column, struct pen_sha256 *ret_sha2
 		return false;
 	memcpy(ret_sha256->bytes, sqlite3_column_blob(row, column), sizeof ret_sha256->bytes);
 	return true;
+}
+
+bool pen_row_owner(sqlite3_stmt *row, int column, struct pen_owner *ret_owner)
+{
+	*ret_owner = (struct pen_owner){.is_known = false};
+	if (sqlite3_column_type(row, column) == SQLITE_NULL)
+		return true;
+	ret_owner->is_known = read_hash(row, column, &ret_owner->token);
+	return ret_owner->is_known;
 }
 
 static bool frames_valid(const struct pen_job *job)
@@ -176,7 +191,7 @@ bool pen_job_row_read(struct sqlite3_stmt *row, struct pen_job *ret_job)
 		tile_px % 16 != 0 || tile_px > PEN_TILE_SIDE_MAX || job.sampling.samples == 0 ||
 		job.sampling.samples > PEN_SAMPLES_MAX ||
 		job.sampling.mode > PEN_SAMPLING_INTERLEAVED || job.verify > PEN_VERIFY_FULL ||
-		!frames_valid(&job))
+		!frames_valid(&job) || !pen_row_owner(row, 44, &job.owner))
 		return false;
 	pen_tiling_init(&job.tiling, crop, tile_px);
 	job.name = column_text(row, 3);

@@ -17,6 +17,12 @@ void pen_row_text(char *ret_text, size_t size, struct sqlite3_stmt *row, int col
 uint32_t pen_row_count(struct sqlite3_stmt *row, int column);
 uint64_t pen_row_number(struct sqlite3_stmt *row, int column);
 
+/* Nobody's where it is NULL; false when it is neither that nor an owner. */
+bool pen_row_owner(struct sqlite3_stmt *row, int column, struct pen_owner *ret_owner);
+
+/* The owner must stay as it is until the statement is reset. */
+void pen_row_bind_owner(struct sqlite3_stmt *put, int place, const struct pen_owner *owner);
+
 /* A job as a row of the store's table: the statement that puts one, and that which gives all. */
 extern const char pen_job_row_put[], pen_job_row_load[];
 

@@ -10,6 +10,7 @@
 struct id_entry {
 	char id[PEN_JOB_ID_TEXT];
 	struct pen_job *job; /* NULL: removed */
+	struct pen_owner owner;
 };
 
 static int compare_entries(const void *left, const void *right)
@@ -31,8 +32,8 @@ void pen_job_table_finish(struct pen_job_table *table)
 	pen_job_table_init(table);
 }
 
-static int add_id(
-	struct pen_job_table *table, const char *id, struct pen_job *job, struct pen_error *err)
+static int add_id(struct pen_job_table *table, const char *id, const struct pen_owner *owner,
+	struct pen_job *job, struct pen_error *err)
 {
 	struct id_entry *entry = calloc(1, sizeof *entry);
 	struct id_entry **place;
@@ -41,6 +42,7 @@ static int add_id(
 		return pen_error_memory(err);
 	(void)snprintf(entry->id, sizeof entry->id, "%s", id);
 	entry->job = job;
+	entry->owner = *owner;
 	place = tsearch(entry, &table->ids, compare_entries);
 	if (!place) {
 		free(entry);
@@ -81,7 +83,7 @@ int pen_job_table_add(struct pen_job_table *table, struct pen_job *job, struct p
 		table->jobs = jobs;
 		table->capacity = capacity;
 	}
-	r = add_id(table, job->id, job, err);
+	r = add_id(table, job->id, &job->owner, job, err);
 	if (r == 0)
 		table->jobs[table->count++] = job;
 	return r;
@@ -120,18 +122,25 @@ void pen_job_table_forget(struct pen_job_table *table, const struct pen_job *job
 	free(entry);
 }
 
-int pen_job_table_add_removed(struct pen_job_table *table, const char *id, struct pen_error *err)
+int pen_job_table_add_removed(struct pen_job_table *table, const char *id,
+	const struct pen_owner *owner, struct pen_error *err)
 {
-	return add_id(table, id, NULL, err);
+	return add_id(table, id, owner, NULL, err);
 }
 
-struct pen_job *pen_job_table_find(
-	const struct pen_job_table *table, const char *id, bool *ret_removed)
+struct pen_job *pen_job_table_find(const struct pen_job_table *table, const char *id)
 {
 	const struct id_entry *entry = find_entry(table, id);
 
-	*ret_removed = entry && !entry->job;
 	return entry ? entry->job : NULL;
+}
+
+const struct pen_owner *pen_job_table_find_removed(
+	const struct pen_job_table *table, const char *id)
+{
+	const struct id_entry *entry = find_entry(table, id);
+
+	return entry && !entry->job ? &entry->owner : NULL;
 }
 
 struct pen_job *pen_job_table_find_number(const struct pen_job_table *table, uint64_t number)

@@ -9,7 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Jobs by id and by number, and the ids of those that were removed. It owns none of the jobs. */
+/* Jobs by id and by number, and the ids and owners of those that were removed. It owns none of the
+ * jobs. */
 struct pen_job_table {
 	struct pen_job **jobs; /* by rising number */
 	size_t count, capacity;
@@ -25,14 +26,19 @@ int pen_job_table_add(struct pen_job_table *table, struct pen_job *job, struct p
 /* Its id stays known as that of a removed one. */
 void pen_job_table_remove(struct pen_job_table *table, const struct pen_job *job);
 
-int pen_job_table_add_removed(struct pen_job_table *table, const char *id, struct pen_error *err);
+int pen_job_table_add_removed(struct pen_job_table *table, const char *id,
+	const struct pen_owner *owner, struct pen_error *err);
 
-/* NULL when there is none; *ret_removed tells whether there once was one. */
-/* The same, and nobody will know that there once was one. */
+/* As pen_job_table_remove, and nobody will know that there once was one. */
 void pen_job_table_forget(struct pen_job_table *table, const struct pen_job *job);
 
-struct pen_job *pen_job_table_find(
-	const struct pen_job_table *table, const char *id, bool *ret_removed);
+/* NULL when there is none. */
+struct pen_job *pen_job_table_find(const struct pen_job_table *table, const char *id);
+
+/* The owner of one that was removed; NULL when none was that had this id. */
+const struct pen_owner *pen_job_table_find_removed(
+	const struct pen_job_table *table, const char *id);
+
 struct pen_job *pen_job_table_find_number(const struct pen_job_table *table, uint64_t number);
 
 /* The one with the highest number < before; NULL when there is none. */

@@ -67,4 +67,9 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE jobs ADD COLUMN verify INTEGER NOT NULL DEFAULT 0;"
 	"PRAGMA user_version = 7;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN owner BLOB;"
+	"ALTER TABLE removed ADD COLUMN owner BLOB;"
+	"PRAGMA user_version = 8;"
+	"COMMIT;",
 };

@@ -31,7 +31,7 @@ static const char *const statement_texts[] = {
 	"DELETE FROM tiles WHERE job = ?1",
 	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
 	"DELETE FROM jobs WHERE number = ?1",
-	"INSERT OR IGNORE INTO removed (id) VALUES (?1)",
+	"INSERT OR IGNORE INTO removed (id, owner) VALUES (?1, ?2)",
 	"SELECT count(*) FROM jobs WHERE scene = ?1",
 };
 
@@ -69,7 +69,7 @@ static const char raise_revisions[] =
 	" WHERE state < 3 AND class IS NOT NULL";
 
 static const char load_tiles[] = "SELECT frame, tile, rounds, xxh3 FROM tiles WHERE job = ?1";
-static const char load_removed[] = "SELECT id FROM removed";
+static const char load_removed[] = "SELECT id, owner FROM removed";
 
 enum request_type { ADD_JOB, UPDATE_JOB, PUT_TILES, REMOVE_JOB };
 
@@ -239,6 +239,7 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 			r = forget(store, FORGET_JOB, job->number, err);
 		(void)sqlite3_bind_text(
 			store->statements[PUT_REMOVED], 1, job->id, -1, SQLITE_STATIC);
+		pen_row_bind_owner(store->statements[PUT_REMOVED], 2, &job->owner);
 		return r < 0 ? r : run(store, PUT_REMOVED, NULL, err);
 	}
 	return 0;
@@ -493,13 +494,19 @@ static int visit_removed(
 	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
 {
 	char id[PEN_JOB_ID_TEXT];
+	struct pen_owner owner;
 	sqlite3_stmt *rows = NULL;
 	int r = prepare(store, load_removed, &rows, err), step;
 
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
-		pen_row_text(id, sizeof id, rows, 0);
-		r = step == SQLITE_ROW ? visitor->removed(visitor->user, id, err)
-				       : database_error(store, err);
+		if (step != SQLITE_ROW)
+			r = database_error(store, err);
+		else if (!pen_row_owner(rows, 1, &owner))
+			r = pen_error_set(err, PEN_EIO, "database: a removed render is damaged");
+		else {
+			pen_row_text(id, sizeof id, rows, 0);
+			r = visitor->removed(visitor->user, id, &owner, err);
+		}
 	}
 	(void)sqlite3_finalize(rows);
 	return r;

@@ -48,7 +48,8 @@ struct pen_store_visitor {
 	int (*job)(void *user, const struct pen_job *job, struct pen_error *err);
 	int (*tile)(
 		void *user, uint64_t job, const struct pen_store_tile *tile, struct pen_error *err);
-	int (*removed)(void *user, const char *id, struct pen_error *err);
+	int (*removed)(
+		void *user, const char *id, const struct pen_owner *owner, struct pen_error *err);
 	void *user;
 };
 int pen_store_load(
@@ -74,7 +75,7 @@ int pen_store_update_job(struct pen_store *store, const struct pen_job *job, pen
 int pen_store_put_tiles(struct pen_store *store, uint64_t job, const struct pen_store_tile *tiles,
 	size_t count, struct pen_error *err);
 
-/* Forgets the job but for its id, and its scene when no other job has it. */
+/* Forgets the job but for its id and owner, and its scene when no other job has it. */
 int pen_store_remove_job(struct pen_store *store, const struct pen_job *job, pen_store_fn *fn,
 	void *user, struct pen_error *err);
 

@@ -56,7 +56,7 @@ static bool is_due(struct pen_watches *watches, const struct pen_watch *watch, i
 		return false;
 	if (now_ms >= watch->latest_ms)
 		return true;
-	job = pen_jobs_find(watches->jobs, watch->id, NULL);
+	job = pen_jobs_find(watches->jobs, watch->id);
 	if (!job)
 		return true;
 	return watch->until_over ? pen_job_is_over(job->state) : job->revision != watch->revision;

@@ -132,7 +132,7 @@ static void later_due(uv_timer_t *timer)
 {
 	struct later *later = timer->data;
 
-	later->fn(later->user, pen_jobs_find(later->jobs, later->id, NULL), &later->err);
+	later->fn(later->user, pen_jobs_find(later->jobs, later->id), &later->err);
 	uv_close((uv_handle_t *)timer, later_closed);
 }
 
@@ -227,9 +227,10 @@ int pen_jobs_find_key(struct pen_jobs *jobs, const struct pen_sha256 *key, struc
 	return pen_error_set(err, PEN_ENOTFOUND, "no such key");
 }
 
-struct pen_job *pen_jobs_find_content(struct pen_jobs *jobs, const struct pen_sha256 *content)
+struct pen_job *pen_jobs_find_content(
+	struct pen_jobs *jobs, const struct pen_owner *owner, const struct pen_sha256 *content)
 {
-	(void)jobs, (void)content;
+	(void)jobs, (void)owner, (void)content;
 	return NULL;
 }
 
@@ -238,10 +239,16 @@ void pen_jobs_listen(struct pen_jobs *jobs, void (*fn)(void *user), void *user)
 	(void)jobs, (void)fn, (void)user;
 }
 
-struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id, bool *ret_removed)
+const struct pen_owner *pen_jobs_find_removed(struct pen_jobs *jobs, const char *id)
 {
-	if (ret_removed)
-		*ret_removed = strcmp(id, "removed") == 0;
+	static const struct pen_owner nobody;
+
+	(void)jobs;
+	return strcmp(id, "removed") == 0 ? &nobody : NULL;
+}
+
+struct pen_job *pen_jobs_find(struct pen_jobs *jobs, const char *id)
+{
 	for (size_t i = 0; i < jobs->count; i++) {
 		if (jobs->fakes[i] && strcmp(jobs->fakes[i]->job.id, id) == 0)
 			return &jobs->fakes[i]->job;

@@ -32,6 +32,7 @@ struct fixture {
 	uint64_t tile_jobs[512];
 	size_t tile_count;
 	char removed[PEN_JOB_ID_TEXT];
+	struct pen_owner removed_owner;
 };
 
 static int note_job(void *user, const struct pen_job *job, struct pen_error *err)
@@ -54,12 +55,14 @@ static int note_tile(
 	return 0;
 }
 
-static int note_removed(void *user, const char *id, struct pen_error *err)
+static int note_removed(
+	void *user, const char *id, const struct pen_owner *owner, struct pen_error *err)
 {
 	struct fixture *fixture = user;
 
 	(void)err;
 	(void)snprintf(fixture->removed, sizeof fixture->removed, "%s", id);
+	fixture->removed_owner = *owner;
 	return 0;
 }
 
@@ -301,6 +304,29 @@ static void test_remove(void **state)
 	assert_int_equal(strlen(fixture->removed), PEN_JOB_ID_TEXT - 1);
 }
 
+/* Broken by: a render that changes hands, or becomes everybody's, when it is stored or removed. */
+static void test_owner(void **state)
+{
+	struct fixture *fixture = *state;
+	struct pen_job owned = make_job(1, "{}"), open = make_job(2, "{}");
+
+	owned.owner.is_known = true;
+	memset(owned.owner.token.bytes, 0xa5, sizeof owned.owner.token.bytes);
+	add_job(fixture, &owned, "{}");
+	add_job(fixture, &open, "{}");
+	wait_answers(fixture, 2);
+	reopen(fixture);
+	assert_int_equal(fixture->job_count, 2);
+	assert_true(pen_owner_equal(&fixture->jobs[0].owner, &owned.owner));
+	assert_false(fixture->jobs[1].owner.is_known);
+	assert_int_equal(
+		pen_store_remove_job(fixture->store, &owned, note_answer, fixture, NULL), 0);
+	wait_answers(fixture, 3);
+	reopen(fixture);
+	assert_string_equal(fixture->removed, owned.id);
+	assert_true(pen_owner_equal(&fixture->removed_owner, &owned.owner));
+}
+
 /* Adds jobs until it is killed, and tells of each that it has been promised. */
 static void promise_jobs(struct fixture *fixture, int out)
 {
@@ -392,6 +418,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(test_reports, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_tiles, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_remove, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_owner, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_kill, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_sweep, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_lock, set_up, tear_down),
