@@ -133,7 +133,7 @@ run_all() {
     pytest_suite model 180 -rP tests/model
     pytest_suite packages 180 tests/deploy/test_packages.py
     pytest_suite slurm 90 tests/deploy/test_slurm.py
-    pytest_suite deploy 150 tests/deploy/test_manifests.py tests/deploy/test_monitoring.py \
+    pytest_suite deploy 150 tests/deploy/test_sbom.py tests/deploy/test_manifests.py tests/deploy/test_monitoring.py \
         tests/deploy/test_proxies.py
 }
 

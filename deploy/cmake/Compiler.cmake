@@ -32,8 +32,11 @@ endif()
 add_library(pen_hardening INTERFACE)
 target_compile_options(pen_hardening INTERFACE
     -fstack-protector-strong -fstack-clash-protection -fcf-protection=full)
-if(NOT PEN_SANITIZE)
+target_compile_definitions(pen_hardening INTERFACE $<$<COMPILE_LANGUAGE:CXX>:_GLIBCXX_ASSERTIONS>)
+if(NOT PEN_SANITIZE) # which would not see what these make harmless
     target_compile_options(pen_hardening INTERFACE
+        -fno-delete-null-pointer-checks -fno-strict-overflow
+        $<$<C_COMPILER_ID:GNU>:-ftrivial-auto-var-init=zero>
         $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3>)
 endif()
 target_link_options(pen_hardening INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack,--as-needed)
