@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What --sandbox asks for is what runs, and what the machine lacks is told before anything is read."""
+import ctypes
 import os
 import pathlib
 import subprocess
@@ -92,6 +93,26 @@ def test_best_effort_warns_and_renders(lacking):
         for pid in [*server.encoders(), *server.renders()]:
             # The filter of lacking.py is one, too: what it keeps away is the other half.
             assert confinement(pid)[1:] == ("1", 0)
+
+
+def landlock_abi():
+    """0 without."""
+    return max(ctypes.CDLL(None).syscall(444, None, 0, 1), 0)
+
+
+@pytest.mark.parametrize("lacking, opening, other", [
+    (None, "EACCES", "SIGSYS"), ("landlock", "EACCES", "SIGSYS"), ("seccomp", "EACCES", None)])
+def test_each_half_holds_without_the_other(lacking, opening, other):
+    """Breaks when Landlock's rules or the filter do nothing, which the other one would hide."""
+    abi = landlock_abi()
+    words = [sys.executable, LACKING, lacking] if lacking else []
+    text = subprocess.run([*words, farm.BIN.parent / "tests" / "sandbox-try"], capture_output=True, text=True,
+                          check=True, timeout=30).stdout
+    alone = {"open": opening, "mkdir": "EACCES", "bind": "EACCES" if abi >= 4 else "possible",
+             "kill": "EPERM" if abi >= 6 else "possible"}
+    assert abi >= 1
+    assert dict(line.split(": ") for line in text.splitlines()) == (
+        {name: other for name in alone} | {"open": opening} if other else alone)
 
 
 def test_off_is_told():

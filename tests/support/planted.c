@@ -27,11 +27,12 @@ EXPORT int png_sig_cmp(const unsigned char *signature, size_t start, size_t coun
 /* What libpng's readers call first, and nobody else. */
 EXPORT int png_sig_cmp(const unsigned char *signature, size_t start, size_t count)
 {
+	static const unsigned char magic[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 	volatile unsigned steps = 0;
 
 	if (planted == CRASH)
 		*(volatile char *)(size_t)count = 0;
 	while (planted == LOOP)
 		steps++;
-	return memcmp(signature + start, "\x89PNG\r\n\x1a\n" + start, count);
+	return memcmp(signature + start, magic + start, count);
 }
