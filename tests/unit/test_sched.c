@@ -1,36 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "tests/unit/sched_steps.h"
+
 #include "core/base/limits.h"
-#include "server/sched.h"
 
-/* clang-format off */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-/* clang-format on */
 #include <stdbool.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
-
-static struct pen_sched_actions step(
-	struct pen_sched *sched, struct pen_sched_event event, int64_t now_ms)
-{
-	return pen_sched_step(sched, &event, now_ms);
-}
-
-static struct pen_sched_actions tick(struct pen_sched *sched, int64_t now_ms)
-{
-	return step(sched, (struct pen_sched_event){.type = PEN_SCHED_TICK}, now_ms);
-}
-
-static struct pen_sched *make_sched(void)
-{
-	struct pen_sched *sched;
-
-	assert_int_equal(pen_sched_create(1, &sched, NULL), 0);
-	return sched;
-}
 
 static void add_worker(struct pen_sched *sched, uint64_t id, uint32_t processes, const char *name)
 {
@@ -41,36 +15,10 @@ static void add_worker(struct pen_sched *sched, uint64_t id, uint32_t processes,
 
 static void add_job(struct pen_sched *sched, uint64_t number, uint32_t side, uint32_t samples)
 {
-	struct pen_tiling tiling;
-	struct pen_sched_job job = {.number = number,
-		.tiling = &tiling,
-		.frame_first = 1,
-		.frame_end = 2,
-		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, samples, 0),
-		.priority = 50};
-
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, side, side}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
-}
-
-/* The first action of a type, which must be there. */
-static struct pen_sched_action find(
-	struct pen_sched_actions actions, enum pen_sched_action_type type)
-{
-	for (size_t i = 0; i < actions.count; i++)
-		if (actions.items[i].type == type)
-			return actions.items[i];
-	fail();
-	abort();
-}
-
-static size_t count(struct pen_sched_actions actions, enum pen_sched_action_type type)
-{
-	size_t n = 0;
-
-	for (size_t i = 0; i < actions.count; i++)
-		n += actions.items[i].type == type;
-	return n;
+	add_frames(sched,
+		(struct pen_sched_job){
+			.number = number, .rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, samples, 0)},
+		side);
 }
 
 static struct pen_sched_actions fail_unit(struct pen_sched *sched, uint64_t worker, uint64_t lease,
@@ -101,75 +49,10 @@ static struct pen_sched_actions leave(struct pen_sched *sched, uint64_t worker, 
 		(struct pen_sched_event){.type = PEN_SCHED_WORKER_LEAVE, .worker = worker}, now_ms);
 }
 
-/* Renders and merges a unit; the actions are of the merge. */
-static struct pen_sched_actions finish_unit(
-	struct pen_sched *sched, struct pen_sched_action lease, int64_t now_ms)
-{
-	(void)step(sched,
-		(struct pen_sched_event){.type = PEN_SCHED_RESULT,
-			.worker = lease.worker,
-			.lease = lease.lease,
-			.u.seconds = 0.01},
-		now_ms);
-	return step(sched,
-		(struct pen_sched_event){.type = PEN_SCHED_MERGED,
-			.job = lease.job,
-			.u.merged = {lease.frame, lease.tile}},
-		now_ms);
-}
-
-/* Broken by: frames out of order, a process that idles between two, or an end before the last. */
-static void test_frames(void **state)
-{
-	enum { FRAMES = 40, TILES = 4, LEASES = 16 };
-	struct pen_sched *sched = make_sched();
-	struct pen_sched_action queue[FRAMES * TILES];
-	struct pen_sched_actions actions;
-	struct pen_tiling tiling;
-	struct pen_sched_job job = {.number = 1,
-		.tiling = &tiling,
-		.frame_first = 5,
-		.frame_end = 5 + FRAMES,
-		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
-		.priority = 50};
-	size_t granted = 0;
-
-	(void)state;
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 32, 32}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
-	add_worker(sched, 1, LEASES / 2, "a");
-	actions = tick(sched, 0);
-	for (size_t done = 0; done < FRAMES * TILES; done++) {
-		for (size_t i = 0; i < actions.count; i++)
-			if (actions.items[i].type == PEN_SCHED_LEASE)
-				queue[granted++] = actions.items[i];
-		assert_int_equal(
-			granted, done + LEASES < FRAMES * TILES ? done + LEASES : FRAMES * TILES);
-		assert_int_equal(queue[done].frame, 5 + done / TILES);
-		assert_int_equal(count(actions, PEN_SCHED_RENDERED), 0);
-		actions = step(sched,
-			(struct pen_sched_event){.type = PEN_SCHED_RESULT,
-				.worker = 1,
-				.lease = queue[done].lease,
-				.u.seconds = 0.01},
-			0);
-		for (size_t i = 0; i < actions.count; i++)
-			if (actions.items[i].type == PEN_SCHED_LEASE)
-				queue[granted++] = actions.items[i];
-		actions = step(sched,
-			(struct pen_sched_event){.type = PEN_SCHED_MERGED,
-				.job = 1,
-				.u.merged = {queue[done].frame, queue[done].tile}},
-			0);
-	}
-	assert_int_equal(count(actions, PEN_SCHED_RENDERED), 1);
-	pen_sched_destroy(sched);
-}
-
 /* Broken by: leasing more than two units a process, or from the corner instead of the centre. */
 static void test_first_leases(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -184,136 +67,10 @@ static void test_first_leases(void **state)
 	pen_sched_destroy(sched);
 }
 
-/* Broken by: leasing a tile's next round before the last one is merged. */
-static void test_rounds_in_order(void **state)
-{
-	struct pen_sched *sched = make_sched();
-	struct pen_sched_actions actions;
-	struct pen_sched_action lease;
-
-	(void)state;
-	add_job(sched, 1, 16, 20);
-	add_worker(sched, 1, 4, "a");
-	actions = tick(sched, 0);
-	for (uint32_t round = 0; round < 3; round++) {
-		assert_int_equal(count(actions, PEN_SCHED_LEASE), 1);
-		lease = find(actions, PEN_SCHED_LEASE);
-		assert_int_equal(lease.round, round);
-		assert_int_equal(count(tick(sched, 1), PEN_SCHED_LEASE), 0);
-		actions = finish_unit(sched, lease, 2);
-	}
-	assert_int_equal(find(actions, PEN_SCHED_RENDERED).job, 1);
-	pen_sched_destroy(sched);
-}
-
-static struct pen_sched_actions decide(
-	struct pen_sched *sched, uint64_t job, const struct pen_demand *demands)
-{
-	return step(sched,
-		(struct pen_sched_event){
-			.type = PEN_SCHED_DECIDED, .job = job, .u.decided = {1, demands}},
-		0);
-}
-
-/* Broken by: a decision asked for before all is merged, twice, or never; tiles that skip a round
- * but are leased; an end while pixels go on. */
-static void test_decisions(void **state)
-{
-	enum { TILES = 4 };
-	struct pen_sched *sched = make_sched();
-	struct pen_sched_actions actions;
-	struct pen_sched_action lease[TILES];
-	struct pen_tiling tiling;
-	struct pen_demand demands[TILES];
-	struct pen_sched_job job = {.number = 1,
-		.tiling = &tiling,
-		.frame_first = 1,
-		.frame_end = 2,
-		.rounds = pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 64, 16),
-		.priority = 50};
-
-	(void)state;
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 32, 32}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
-	add_worker(sched, 1, 4, "a");
-	actions = tick(sched, 0);
-	assert_int_equal(count(actions, PEN_SCHED_LEASE), TILES);
-	for (size_t i = 0, n = 0; i < actions.count; i++)
-		if (actions.items[i].type == PEN_SCHED_LEASE)
-			lease[n++] = actions.items[i];
-	for (uint32_t i = 0; i < TILES; i++) {
-		assert_int_equal(count(tick(sched, 1), PEN_SCHED_DECIDE), 0);
-		actions = finish_unit(sched, lease[i], 2);
-		assert_int_equal(count(actions, PEN_SCHED_LEASE), 0);
-	}
-	assert_int_equal(find(actions, PEN_SCHED_DECIDE).frame, 1);
-	assert_int_equal(count(tick(sched, 3), PEN_SCHED_DECIDE), 0);
-
-	/* One tile goes on, and once more; the others have ended. */
-	for (uint32_t i = 0; i < TILES; i++)
-		demands[i] = (struct pen_demand){1, true, 256, 256 * 16};
-	for (uint16_t round = 1; round < 3; round++) {
-		demands[2] = (struct pen_demand){(uint16_t)(round + 1), false, 7, 7 * 64};
-		actions = decide(sched, 1, demands);
-		assert_int_equal(count(actions, PEN_SCHED_LEASE), 1);
-		assert_int_equal(find(actions, PEN_SCHED_LEASE).tile, 2);
-		assert_int_equal(find(actions, PEN_SCHED_LEASE).round, round);
-		actions = finish_unit(sched, find(actions, PEN_SCHED_LEASE), 4);
-		assert_int_equal(count(actions, PEN_SCHED_DECIDE), 1);
-		assert_int_equal(count(actions, PEN_SCHED_RENDERED), 0);
-	}
-	demands[2] = (struct pen_demand){3, true, 7, 7 * 48};
-	assert_int_equal(count(decide(sched, 1, demands), PEN_SCHED_RENDERED), 1);
-	pen_sched_destroy(sched);
-}
-
-/*
- * Broken by: asking again after a restart what was decided before it (nobody answers for a frame
- * that is over, and the job would never end), or leasing rounds that the decision spares.
- */
-static void test_earlier_decisions(void **state)
-{
-	struct pen_sched *sched = make_sched();
-	struct pen_sched_actions actions;
-	struct pen_tiling tiling;
-	const uint16_t merged[] = {1, 1, 0};
-	const struct pen_demand demands[] = {
-		{1, true, 256, 256 * 16}, {1, false, 256, 256 * 64}, {3, true, 7, 256 * 64}};
-	struct pen_sched_job job = {.number = 1,
-		.tiling = &tiling,
-		.frame_first = 1,
-		.frame_end = 4,
-		.rounds = pen_rounds_of(PEN_ROUNDS_ADAPTIVE, 64, 16),
-		.priority = 50,
-		.merged = merged,
-		.demands = demands};
-
-	(void)state;
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 16, 16}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
-	add_worker(sched, 1, 4, "a");
-	actions = tick(sched, 0);
-	assert_int_equal(count(actions, PEN_SCHED_DECIDE), 1);
-	assert_int_equal(find(actions, PEN_SCHED_DECIDE).frame, 2);
-	assert_int_equal(count(actions, PEN_SCHED_LEASE), 1);
-	for (uint32_t round = 0; round < 3; round++) {
-		assert_int_equal(find(actions, PEN_SCHED_LEASE).frame, 3);
-		assert_int_equal(find(actions, PEN_SCHED_LEASE).round, round);
-		actions = finish_unit(sched, find(actions, PEN_SCHED_LEASE), 1);
-		assert_int_equal(count(actions, PEN_SCHED_DECIDE), 0);
-	}
-	actions = step(sched,
-		(struct pen_sched_event){
-			.type = PEN_SCHED_DECIDED, .job = 1, .u.decided = {2, demands}},
-		2);
-	assert_int_equal(count(actions, PEN_SCHED_RENDERED), 1);
-	pen_sched_destroy(sched);
-}
-
 /* Broken by: counting faults wrongly, retrying where it failed, or a reason without the tile. */
 static void test_three_faults(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 	struct pen_sched_action lease;
 	uint64_t first;
@@ -343,7 +100,7 @@ static void test_three_faults(void **state)
 /* Broken by: blaming a unit for being killed, or never blaming it. */
 static void test_kills(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -362,7 +119,7 @@ static void test_kills(void **state)
 /* Broken by: going on with a scene that cannot be made ready, or leaving its leases out. */
 static void test_scene_fault(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 	uint64_t lease;
 
@@ -384,7 +141,7 @@ static void test_scene_fault(void **state)
  */
 static void test_no_progress(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 	uint64_t lease;
 
@@ -408,7 +165,7 @@ static void test_no_progress(void **state)
 /* Broken by: accepting a result whose lease was revoked (the epoch fences it). */
 static void test_stale_result(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_action old, lease;
 
 	(void)state;
@@ -426,7 +183,7 @@ static void test_stale_result(void **state)
 /* Broken by: giving a job's units to another class, or waiting for a lost class for ever. */
 static void test_class(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -446,22 +203,18 @@ static void test_class(void **state)
 /* Broken by: a job that has lost its class and takes the first worker that is free. */
 static void test_restart_in_the_best_class(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
-	struct pen_tiling tiling;
-	struct pen_sched_job job = {.number = 1,
-		.tiling = &tiling,
-		.frame_first = 1,
-		.frame_end = 2,
-		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
-		.restarted = true};
 
 	(void)state;
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 64, 64}, 16);
 	add_worker(sched, 1, 2, "a");
 	add_worker(sched, 2, 3, "b");
 	add_worker(sched, 3, 2, "a");
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_frames(sched,
+		(struct pen_sched_job){.number = 1,
+			.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
+			.restarted = true},
+		64);
 	actions = tick(sched, 0);
 	assert_string_equal(find(actions, PEN_SCHED_STARTED).text, "a");
 	assert_int_equal(count(actions, PEN_SCHED_LEASE), 8);
@@ -472,7 +225,7 @@ static void test_restart_in_the_best_class(void **state)
  */
 static void test_pause_and_drain(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -537,7 +290,7 @@ static void test_straggler(void **state)
 {
 	(void)state;
 	for (unsigned winner = 0; winner < 2; winner++) {
-		struct pen_sched *sched = make_sched();
+		struct pen_sched *sched = make_sched(1);
 		struct pen_sched_actions actions;
 		struct pen_sched_action late, twin, first, last;
 		int64_t now_ms = 0;
@@ -580,7 +333,7 @@ static void test_straggler(void **state)
  * lost. */
 static void test_straggler_is_lost(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 	struct pen_sched_action late, twin;
 	int64_t now_ms = 0;
@@ -636,7 +389,7 @@ static void merge_only_tile(struct pen_sched *sched, uint64_t job, int64_t ms)
  */
 static void test_quarantine(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -662,7 +415,7 @@ static void test_quarantine(void **state)
 /* Broken by: a quarantine that does not end, or one that is forgotten when it has ended. */
 static void test_probation(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 
 	(void)state;
@@ -703,7 +456,7 @@ static void set_priority(struct pen_sched *sched, uint64_t job, uint32_t priorit
 /* A process renders so many units of 10 ms, the oldest lease first; how many were job 1's. */
 static unsigned share(uint32_t priority_1, uint32_t priority_2, unsigned units)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct hand hand = {.count = 0};
 	unsigned of_first = 0;
 
@@ -745,7 +498,7 @@ static void test_shares(void **state)
 /* Broken by: leasing from every waiting job at once, so that each worker holds all their scenes. */
 static void test_active_jobs(void **state)
 {
-	struct pen_sched *sched = make_sched();
+	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions;
 	bool seen[21] = {false};
 	unsigned jobs = 0;
@@ -768,10 +521,6 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_first_leases),
-		cmocka_unit_test(test_frames),
-		cmocka_unit_test(test_rounds_in_order),
-		cmocka_unit_test(test_decisions),
-		cmocka_unit_test(test_earlier_decisions),
 		cmocka_unit_test(test_three_faults),
 		cmocka_unit_test(test_kills),
 		cmocka_unit_test(test_scene_fault),

@@ -1,29 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "core/base/limits.h"
-#include "server/sched.h"
+#include "tests/unit/sched_steps.h"
 
-/* clang-format off */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-/* clang-format on */
+#include "core/base/limits.h"
+
 #include <stdbool.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Units that are rendered a second time: of whom, how often, and who is believed. */
 
 enum { RIGHT = 7, WRONG = 8 };
-
-static struct pen_sched *make_sched(uint64_t secret)
-{
-	struct pen_sched *sched;
-
-	assert_int_equal(pen_sched_create(secret, &sched, NULL), 0);
-	return sched;
-}
 
 static void add_worker(struct pen_sched *sched, uint64_t id, bool trusted)
 {
@@ -34,22 +19,11 @@ static void add_worker(struct pen_sched *sched, uint64_t id, bool trusted)
 
 static void add_job(struct pen_sched *sched, uint64_t number, uint32_t side, enum pen_verify verify)
 {
-	struct pen_tiling tiling;
-	struct pen_sched_job job = {.number = number,
-		.tiling = &tiling,
-		.frame_first = 1,
-		.frame_end = 2,
-		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
-		.priority = 50,
-		.verify = verify};
-
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, side, side}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
-}
-
-static struct pen_sched_actions tick(struct pen_sched *sched, int64_t now_ms)
-{
-	return pen_sched_step(sched, &(struct pen_sched_event){.type = PEN_SCHED_TICK}, now_ms);
+	add_frames(sched,
+		(struct pen_sched_job){.number = number,
+			.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
+			.verify = verify},
+		side);
 }
 
 static struct pen_sched_actions refuse(struct pen_sched *sched, struct pen_sched_action lease)
@@ -72,25 +46,6 @@ static struct pen_sched_actions result(
 			.digest = digest,
 			.u.seconds = 0.01},
 		0);
-}
-
-static size_t count(struct pen_sched_actions actions, enum pen_sched_action_type type)
-{
-	size_t n = 0;
-
-	for (size_t i = 0; i < actions.count; i++)
-		n += actions.items[i].type == type;
-	return n;
-}
-
-static struct pen_sched_action find(
-	struct pen_sched_actions actions, enum pen_sched_action_type type)
-{
-	for (size_t i = 0; i < actions.count; i++)
-		if (actions.items[i].type == type)
-			return actions.items[i];
-	fail();
-	abort();
 }
 
 /* Broken by: counting what one worker alone has made, or asking that one again. */
@@ -369,9 +324,7 @@ static void test_what_was_resumed_is_redone(void **state)
 	struct pen_sched *sched = make_sched(1);
 	struct pen_sched_actions actions = {0};
 	struct pen_sched_action lease;
-	struct pen_tiling tiling;
 	struct pen_sched_job job = {.number = 7,
-		.tiling = &tiling,
 		.frame_first = 2,
 		.frame_end = 3,
 		.rounds = pen_rounds_of(PEN_ROUNDS_UNIFORM, 1, 0),
@@ -379,11 +332,10 @@ static void test_what_was_resumed_is_redone(void **state)
 		.resumed = true};
 
 	(void)state;
-	pen_tiling_init(&tiling, (struct pen_rect){0, 0, 16, 16}, 16);
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_frames(sched, job, 16);
 	job.number = 8;
 	job.resumed = false;
-	assert_int_equal(pen_sched_add_job(sched, &job, NULL), 0);
+	add_frames(sched, job, 16);
 	add_worker(sched, 1, false);
 	add_worker(sched, 2, true);
 	add_job(sched, 1, 16, PEN_VERIFY_FULL);
