@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/glb_request.h"
 
+#include "core/base/text.h"
 #include "server/tree.h"
 
 #include <math.h>
@@ -58,21 +59,6 @@ static void set(json_t **scene, const char *section, const char *key, json_t *va
 	pen_tree_set(scene, section, object);
 }
 
-/* Exactly count finite numbers with commas between them. */
-static bool read_reals(const char *text, size_t count, double *ret_numbers)
-{
-	for (size_t i = 0; i < count; i++) {
-		char *end;
-
-		ret_numbers[i] = strtod(text, &end);
-		if (end == text || !isfinite(ret_numbers[i]) ||
-			*end != (i + 1 < count ? ',' : '\0'))
-			return false;
-		text = end + 1;
-	}
-	return true;
-}
-
 /* Words with commas between them. */
 static json_t *list_of(const char *text)
 {
@@ -97,12 +83,12 @@ static json_t *value_of(const struct parameter *parameter, const char *text)
 	case KIND_TEXT: return json_string(text);
 	case KIND_LIST: return list_of(text);
 	case KIND_COLOR:
-		return read_reals(text, 3, n) ? json_pack("[f, f, f]", n[0], n[1], n[2]) : NULL;
+		return pen_text_reals(text, 3, n) ? json_pack("[f, f, f]", n[0], n[1], n[2]) : NULL;
 	case KIND_WHOLE:
-		if (!read_reals(text, 1, n) || n[0] != floor(n[0]) || fabs(n[0]) > 1e15)
+		if (!pen_text_reals(text, 1, n) || n[0] != floor(n[0]) || fabs(n[0]) > 1e15)
 			return NULL;
 		return json_integer((json_int_t)n[0]);
-	default: return read_reals(text, 1, n) ? json_real(n[0]) : NULL;
+	default: return pen_text_reals(text, 1, n) ? json_real(n[0]) : NULL;
 	}
 }
 

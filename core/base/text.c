@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/text.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 /* The length of the UTF-8 sequence at s without control characters, 0 when it is none. */
 static size_t character_length(const unsigned char *s)
 {
@@ -37,4 +40,18 @@ void pen_text_clean(char *text)
 {
 	for (text += pen_text_plain(text); *text != '\0'; text += pen_text_plain(text))
 		*text = *text == '\n' || *text == '\t' ? ' ' : '?';
+}
+
+bool pen_text_reals(const char *text, size_t count, double *ret_numbers)
+{
+	for (size_t i = 0; i < count; i++) {
+		char *end;
+
+		ret_numbers[i] = strtod(text, &end);
+		if (end == text || !isfinite(ret_numbers[i]) ||
+			*end != (i + 1 < count ? ',' : '\0'))
+			return false;
+		text = end + 1;
+	}
+	return true;
 }

@@ -2,6 +2,7 @@
 #ifndef PEN_BASE_TEXT_H
 #define PEN_BASE_TEXT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /*
@@ -13,5 +14,8 @@ size_t pen_text_plain(const char *text);
 
 /* Makes all of it so: the ends of lines and tabs become spaces, every other misfit a '?'. */
 void pen_text_clean(char *text);
+
+/* Whether text is exactly count finite numbers with commas between them; they are then these. */
+bool pen_text_reals(const char *text, size_t count, double *ret_numbers);
 
 #endif

@@ -2,11 +2,11 @@
 #include "server/cli/options.h"
 
 #include "core/base/limits.h"
+#include "core/base/text.h"
 #include "server/cli/cli.h"
 #include "server/cli/output.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,21 +59,6 @@ static bool output_add(struct pen_options *options, const char *path)
 	return true;
 }
 
-/* Exactly count finite numbers with commas between them. */
-static bool reals_parse(const char *text, size_t count, double *ret_numbers)
-{
-	for (size_t i = 0; i < count; i++) {
-		char *end;
-
-		ret_numbers[i] = strtod(text, &end);
-		if (end == text || !isfinite(ret_numbers[i]) ||
-			*end != (i + 1 < count ? ',' : '\0'))
-			return false;
-		text = end + 1;
-	}
-	return true;
-}
-
 /* The scene's own background, whatever it is, gives way. */
 static void background_set(struct pen_options *options, const double *color)
 {
@@ -96,7 +81,7 @@ static bool reals_read(struct pen_options *options, int option, const char *text
 {
 	double n[3];
 
-	if (!reals_parse(text, option == PEN_OPTION_BACKGROUND ? 3 : 1, n))
+	if (!pen_text_reals(text, option == PEN_OPTION_BACKGROUND ? 3 : 1, n))
 		return false;
 	switch (option) {
 	case PEN_OPTION_APERTURE_RADIUS:

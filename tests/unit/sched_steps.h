@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef PEN_TESTS_SCHED_STEPS_H
-#define PEN_TESTS_SCHED_STEPS_H
+#ifndef PEN_TESTS_UNIT_SCHED_STEPS_H
+#define PEN_TESTS_UNIT_SCHED_STEPS_H
 
 #include "server/sched.h"
 

@@ -47,10 +47,24 @@ static void test_clean(void **state)
 	assert_string_equal(empty, "");
 }
 
+/* Fails when a number too few, too many or none is taken, or one that is not finite. */
+static void test_reals(void **state)
+{
+	static const char *const wrong[] = {
+		"", "1", "1,2,", "1,2,3", "1;2", "1,x", ",2", "1,inf", "nan,2"};
+	double n[2];
+
+	(void)state;
+	assert_true(pen_text_reals("-1.5,2e3", 2, n));
+	assert_true(n[0] == -1.5 && n[1] == 2000.0);
+	for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+		assert_false(pen_text_reals(wrong[i], 2, n));
+}
+
 int main(void)
 {
-	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_plain), cmocka_unit_test(test_clean)};
+	const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain),
+		cmocka_unit_test(test_clean), cmocka_unit_test(test_reals)};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

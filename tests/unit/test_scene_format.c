@@ -3,40 +3,14 @@
 
 #include "core/scene/input.h"
 #include "core/scene/parse.h"
+#include "tests/unit/scene_text.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
-
-#define ASSET	    "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
-#define GLTF_OBJECT "\"objects\":[{\"type\":\"gltf\",\"asset\":\"" ASSET "\"}]"
-#define GLTF	    "," GLTF_OBJECT
-#define HEAD	    "{\"version\":1,\"image\":{\"width\":8,\"height\":4}"
-
-/* Reads a scene text; the caller destroys *ret_scene, which is NULL after a failure. */
-static int read_text(
-	const char *text, struct pen_scene **ret_scene, struct pen_scene_errors *ret_errors)
-{
-	struct pen_error err = PEN_ERROR_INIT;
-	json_t *tree = NULL;
-	int r;
-
-	*ret_scene = NULL;
-	if (pen_json_parse(text, strlen(text), &tree, &err) < 0)
-		fail_msg("%s: %s", text, err.text);
-	r = pen_scene_parse(tree, ret_scene, ret_errors, &err);
-	json_decref(tree);
-	assert_true((r == 0) == (ret_errors->count == 0));
-	assert_true((r == 0) == (*ret_scene != NULL));
-	return r;
-}
 
 /* A scene of the members given, which must be good; the caller destroys it. */
 static struct pen_scene *good(const char *members)
