@@ -129,7 +129,7 @@ static unsigned status_of(int code)
 	case PEN_EUNSUPPORTED: return 400;
 	case PEN_ENOTFOUND: return 404;
 	case PEN_ECONFLICT: return 409;
-	case PEN_ELIMIT:
+	case PEN_ELIMIT: return 413;
 	case PEN_EAGAIN:
 	case PEN_ENOMEM:
 	case PEN_ECLOSED: return 503;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/api_submit.h"
 
+#include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "server/api_again.h"
 #include "server/api_render.h"
@@ -164,17 +165,31 @@ static bool is_new(struct pen_exchange *exchange, struct pen_submission *submiss
 	return false;
 }
 
+static void refuse_for_now(struct pen_exchange *exchange, const char *detail, uint32_t retry_s)
+{
+	struct pen_answer answer;
+
+	pen_answer_problem(&answer, 429, detail);
+	pen_answer_field(&answer, "Retry-After", "%u", retry_s);
+	pen_exchange_answer(exchange, &answer);
+}
+
 /* A render that another one is to replace and who asks may not see is one that is not there. */
 static void begin(struct submit *submit)
 {
 	struct pen_exchange *exchange = submit->exchange;
 	struct pen_submission *submission = &submit->reading.submission;
+	int r;
 
 	submission->owner = exchange->caller.owner;
 	if (!pen_api_look_for_render(exchange, submission->replaces))
 		submission->replaces[0] = '\0';
-	if (is_new(exchange, submission) && pen_jobs_submit(exchange->api->jobs, submission,
-						    accepted, exchange, &submit->err) < 0)
+	if (!is_new(exchange, submission))
+		return;
+	r = pen_jobs_submit(exchange->api->jobs, submission, accepted, exchange, &submit->err);
+	if (r == PEN_ELIMIT)
+		refuse_for_now(exchange, submit->err.text, submission->retry_s);
+	else if (r < 0)
 		pen_exchange_error(exchange, &submit->err);
 }
 
@@ -212,8 +227,15 @@ bool pen_api_submit_admit(
 	const char *length = pen_exchange_field(exchange, "Content-Length");
 	uint64_t size = length ? strtoull(length, NULL, 10) : 0;
 	struct pen_error err = PEN_ERROR_INIT;
+	int64_t wait_ms;
 
 	(void)parameters;
+	wait_ms = pen_rates_take(&exchange->api->rates, &exchange->caller.owner, pen_clock_ms());
+	if (wait_ms > 0) {
+		refuse_for_now(exchange, "this token asks for renders too often",
+			(uint32_t)((wait_ms + 999) / 1000));
+		return false;
+	}
 	if (!pen_field_media_type_is(
 		    pen_exchange_field(exchange, "Content-Type"), "model/gltf-binary"))
 		return true;

@@ -4,6 +4,7 @@
 #include "core/base/clock.h"
 #include "core/base/log.h"
 #include "server/accept.h"
+#include "server/allowance.h"
 #include "server/job_texts.h"
 #include "server/plan.h"
 #include "server/preview.h"
@@ -54,14 +55,14 @@ static uint32_t choose_tile_px(const struct pen_jobs *jobs, const struct pen_sce
 }
 
 static int check_admission(
-	const struct pen_jobs *jobs, const struct pen_scene *scene, struct pen_error *err)
+	const struct pen_jobs *jobs, struct pen_submission *submission, struct pen_error *err)
 {
+	int r;
+
 	if (jobs->closed)
 		return pen_error_set(err, PEN_ECLOSED, "the server is stopping");
-	if (jobs->unfinished_count >= PEN_JOBS_QUEUED_MAX)
-		return pen_error_set(err, PEN_ELIMIT, "%u renders wait already; try again later",
-			PEN_JOBS_QUEUED_MAX);
-	return pen_accept_check_disk(jobs->options.data_dir, scene, err);
+	r = pen_allowance_check(jobs, submission, err);
+	return r == 0 ? pen_accept_check_disk(jobs->options.data_dir, submission->scene, err) : r;
 }
 
 static int run_create(struct pen_jobs *jobs, const struct pen_submission *submission,
@@ -92,6 +93,7 @@ static void handle_accepted(void *user, const struct pen_error *err)
 	struct pen_run *run = change->accepted;
 	struct pen_error result = *err;
 
+	TAILQ_REMOVE(&jobs->accepting, run, unfinished);
 	if (err->code == 0)
 		(void)pen_job_table_add(&jobs->table, &run->job, &result);
 	if (result.code == 0) {
@@ -122,7 +124,7 @@ int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pe
 	char *canonical = submission->canonical;
 	struct pen_change *change = NULL;
 	struct pen_run *run = NULL;
-	int r = check_admission(jobs, submission->scene, err);
+	int r = check_admission(jobs, submission, err);
 
 	if (r == 0)
 		r = run_create(jobs, submission, &run, err);
@@ -149,6 +151,7 @@ int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pe
 		pen_run_destroy(run);
 		return r;
 	}
+	TAILQ_INSERT_TAIL(&jobs->accepting, run, unfinished);
 	jobs->unfinished_count++;
 	pen_run_index(jobs, run);
 	if (submission->replaces[0])
@@ -507,6 +510,7 @@ int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,
 	jobs->options = *options;
 	pen_job_table_init(&jobs->table);
 	TAILQ_INIT(&jobs->unfinished);
+	TAILQ_INIT(&jobs->accepting);
 	TAILQ_INIT(&jobs->previews);
 	(void)uv_timer_init(loop, &jobs->timer);
 	jobs->timer.data = jobs;

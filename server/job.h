@@ -145,6 +145,7 @@ struct pen_submission {
 	enum pen_verify verify;
 	double deadline_s;		/* from now on; 0 = none */
 	char replaces[PEN_JOB_ID_TEXT]; /* a render that is cancelled for it; "" = none */
+	uint32_t retry_s;		/* set by a failure with PEN_ELIMIT: try again then */
 };
 
 /* job is NULL on failure; called from the loop, never from within the call that took it. */
@@ -152,8 +153,8 @@ typedef void pen_job_fn(void *user, struct pen_job *job, const struct pen_error 
 
 /*
  * Accepts a render: fn runs when it is durable (P1), or at the next turn of the loop for a preview.
- * PEN_ELIMIT at once when PEN_JOBS_QUEUED_MAX wait, PEN_ENOSPACE when the disk is nearly full,
- * PEN_ECLOSED when draining.
+ * PEN_ELIMIT at once when too many wait (server/allowance.h), PEN_ENOSPACE when the disk is nearly
+ * full, PEN_ECLOSED when draining.
  */
 int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,
 	void *user, struct pen_error *err);

@@ -32,7 +32,7 @@ struct pen_run_frame {
 
 struct pen_run {
 	struct pen_job job;		 /* what is shown; first, so that a pen_job is a pen_run */
-	TAILQ_ENTRY(pen_run) unfinished; /* or of previews */
+	TAILQ_ENTRY(pen_run) unfinished; /* or of previews, or of accepting */
 
 	/* Of an unfinished one. */
 	int text;					  /* of a preview's scene; else -1 */
@@ -57,8 +57,9 @@ struct pen_jobs {
 	struct pen_job_index keys;     /* of those that were asked for with one */
 	struct pen_job_index contents; /* of those that are done, but for previews */
 	TAILQ_HEAD(pen_run_list, pen_run) unfinished;
-	uint32_t unfinished_count;    /* those that are being accepted, too */
-	struct pen_run_list previews; /* that are over, in that order */
+	struct pen_run_list accepting; /* until the store has them */
+	uint32_t unfinished_count;     /* those that are being accepted, too */
+	struct pen_run_list previews;  /* that are over, in that order */
 	uint32_t preview_count;
 	void (*heard)(void *user); /* see pen_jobs_listen; or NULL */
 	void *listener;

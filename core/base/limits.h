@@ -131,6 +131,12 @@
 #define PEN_HTTP_CONNECTIONS_MAX 4096u
 #define PEN_HTTP_MEMORY		 (32u << 10) /* of one connection: request line and headers */
 #define PEN_JOBS_QUEUED_MAX	 1000u
+#define PEN_OWNER_JOBS_MAX	 100u	      /* of one token, that wait or are rendered */
+#define PEN_OWNER_SAMPLES_MAX	 (1ull << 42) /* that they need yet */
+#define PEN_SUBMIT_BURST	 20u	      /* renders that a token may ask for at once, then */
+#define PEN_SUBMIT_EVERY_MS	 100	      /* one in that time */
+#define PEN_RETRY_S_MAX		 3600u	      /* told to those who come too early */
+#define PEN_RETRY_UNKNOWN_S	 60u	      /* when nobody knows */
 #define PEN_NAME_MAX		 256u
 #define PEN_LIST_PAGE_MAX	 500u
 #define PEN_HTTP_BODIES_MAX	 (256u << 20) /* of all connections together */

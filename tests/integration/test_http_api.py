@@ -136,12 +136,12 @@ def test_input_is_not_echoed(server):
     assert b"script" not in server.get("/<script>").body
 
 
-@pytest.mark.parametrize("name, status", [("full", 503), ("disk", 507), ("broken", 500)])
+@pytest.mark.parametrize("name, status", [("full", 429), ("disk", 507), ("broken", 500)])
 def test_a_submission_that_fails_is_told(server, name, status):
     """Breaks if a render that was not stored is called accepted."""
     answer = server.post({"scene": SCENE, "options": {"name": name}})
     problem(answer, status)
-    assert ("Retry-After" in answer.headers) == (status == 503)
+    assert ("Retry-After" in answer.headers) == (status == 429)
 
 
 def test_a_large_scene_is_read_beside_the_loop(server):

@@ -162,6 +162,7 @@ int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pe
 
 	if (name && strcmp(name, "full") == 0)
 		r = pen_error_set(err, PEN_ELIMIT, "too many renders wait");
+	submission->retry_s = 7;
 	if (name && strcmp(name, "disk") == 0)
 		r = pen_error_set(err, PEN_ENOSPACE, "the disk is nearly full");
 	pen_scene_destroy(submission->scene);
