@@ -134,6 +134,21 @@ def test_a_library_gone_wrong_fails_the_render_alone(planted, reason, monkeypatc
         assert all(map(farm.alive, family))
 
 
+@pytest.mark.skipif(HAS_SANITIZER, reason="their own library has to come first")
+def test_a_library_gone_wrong_in_the_encoder_costs_the_image_alone(monkeypatch):
+    """Broken by an encoder whose crash takes the coordinator along, other formats of the image, or the next."""
+    monkeypatch.setenv("LD_PRELOAD", str(farm.BIN.parent / "tests" / "planted.so"))
+    monkeypatch.setenv("PENUMBRA_PLANTED", "write")
+    with farm.Farm(1, "--sandbox", "require") as service:
+        render = service.submit(good_scene())
+        service.wait(render)
+        before = service.image(render)
+        answer = service.request("GET", f"/v1/renders/{render}/image.png")
+        assert answer.status == 500 and b"the encoder ended" in answer.body
+        assert service.image(render) == before
+        assert service.render(good_scene()) == before
+
+
 def test_a_farm_outlives_hundreds_of_them(service, tmp_path):
     """Broken by a file that ends, stops or outgrows a scene process, whose render does not say what
     is wrong, and by anything that lasts: a lost process, or other bits afterwards."""
