@@ -109,7 +109,7 @@ run_all() {
     ctest_suite unit 60 release 'unit|integration'
     ctest_suite unit-asan 120 asan 'unit|integration'
     ctest_suite stat 60 release stat
-    pytest_suite integration 480 tests/integration
+    pytest_suite integration 620 tests/integration
     pytest_suite web 90 tests/web
     pytest_suite stat-images 180 tests/stat
     for isa in v2 v3; do # the best there is was above
