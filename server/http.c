@@ -8,6 +8,7 @@
 #include "server/certificate.h"
 #include "server/drain.h"
 #include "server/exchange.h"
+#include "server/framing.h"
 #include "server/visitor.h"
 #include "server/watch.h"
 
@@ -19,7 +20,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { BACKLOG = 511 };
+enum { BACKLOG = 511, RUNS_AT_ONCE = 8, STALLS = 16, STALLED_MS = 20 };
 
 struct pen_http {
 	struct pen_api api;
@@ -31,6 +32,7 @@ struct pen_http {
 	struct pen_visitors *visitors;
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
+	unsigned stalls;     /* turns that libmicrohttpd wanted and did nothing with */
 	uint16_t port;
 };
 
@@ -353,18 +355,32 @@ static enum MHD_Result refuse_body(struct request *request, unsigned status)
 	return queue_answer(request);
 }
 
+static enum MHD_Result refuse_framing(struct request *request, struct pen_framing_defect defect)
+{
+	struct pen_answer answer;
+
+	request->handled = true;
+	pen_answer_problem(&answer, defect.status, defect.detail);
+	pen_answer_field(&answer, "Connection", "close");
+	pen_exchange_answer(&request->exchange, &answer);
+	return queue_answer(request);
+}
+
 static bool keeps_body(const struct request *request)
 {
 	return !request->exchange.upload && !request->exchange.ignores_body;
 }
 
 /* The header is complete and its body has not begun: one that nobody wants is refused now. */
-static enum MHD_Result begin(struct request *request)
+static enum MHD_Result begin(struct request *request, const char *version)
 {
+	const struct pen_framing_defect defect = pen_framing_check(request->connection, version);
 	const char *length = pen_exchange_field(&request->exchange, "Content-Length");
 	const union MHD_ConnectionInfo *info;
 	unsigned status = 0;
 
+	if (defect.status != 0)
+		return refuse_framing(request, defect);
 	request->handled = true;
 	if (pen_api_admit(&request->exchange)) {
 		request->handled = false;
@@ -426,12 +442,12 @@ static enum MHD_Result access_handler(void *user, struct MHD_Connection *connect
 {
 	struct request *request = *con_cls;
 
-	(void)version;
+	((struct pen_http *)user)->stalls = 0;
 	if (!request) {
 		request = request_create(user, connection, url, method_of(method));
 		*con_cls = request;
 		pen_visitor_sends(visitor_of(connection));
-		return request ? begin(request) : MHD_NO;
+		return request ? begin(request, version) : MHD_NO;
 	}
 	if (*upload_data_size > 0) {
 		take_body(request, upload_data, *upload_data_size);
@@ -454,6 +470,12 @@ static void request_completed(void *user, struct MHD_Connection *connection, voi
 	request->connection = NULL;
 	if (!request_awaited(request))
 		request_destroy(request);
+}
+
+static size_t unescape(void *user, struct MHD_Connection *connection, char *text)
+{
+	(void)user, (void)connection;
+	return pen_framing_unescape(text);
 }
 
 static enum MHD_Result connection_welcome(
@@ -492,20 +514,35 @@ static unsigned connection_count(struct pen_http *http)
 }
 
 /*
+ * At once would be now, for libuv: its timers would go on for ever before anything else. Some
+ * requests make libmicrohttpd want to run without getting on (a chunk's size that is too long):
+ * that has to wait, until the deadline of its client.
+ */
+static uint64_t pause_ms(struct pen_http *http, uint64_t timeout_ms)
+{
+	if (timeout_ms > 0)
+		return timeout_ms;
+	return http->stalls++ < STALLS ? 1 : STALLED_MS;
+}
+
+/*
  * Out of descriptors, libmicrohttpd stops listening; once connections have gone it listens again,
  * but only when it runs once more, for which nothing else may give a reason.
  */
 static void run_daemon(struct pen_http *http)
 {
 	MHD_UNSIGNED_LONG_LONG timeout_ms;
-	unsigned before;
+	bool has_timeout;
+	unsigned before, runs = 0;
 
 	do {
 		before = connection_count(http);
 		(void)MHD_run(http->daemon);
-	} while (connection_count(http) < before);
-	if (MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES)
-		(void)uv_timer_start(&http->timer, timer_due, timeout_ms, 0);
+		has_timeout = MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES;
+	} while (connection_count(http) < before ||
+		 (has_timeout && timeout_ms == 0 && ++runs < RUNS_AT_ONCE));
+	if (has_timeout)
+		(void)uv_timer_start(&http->timer, timer_due, pause_ms(http, timeout_ms), 0);
 	else
 		(void)uv_timer_stop(&http->timer);
 }
@@ -576,10 +613,12 @@ static int start_daemon(
 		tls[0].option = MHD_OPTION_END;
 	http->daemon = MHD_start_daemon(flags, 0, connection_welcome, http, access_handler, http,
 		MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED, request_completed, http,
-		MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http, MHD_OPTION_CONNECTION_LIMIT,
-		PEN_HTTP_CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S,
-		MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)PEN_HTTP_MEMORY,
-		MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+		MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http,
+		MHD_OPTION_UNESCAPE_CALLBACK, unescape, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+		MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
+		MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY,
+		tls, MHD_OPTION_END);
 	if (http->daemon)
 		return 0;
 	(void)close(fd);
