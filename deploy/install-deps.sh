@@ -38,6 +38,7 @@ test_packages=(
     iproute2                    # network namespaces for workers on spoiled wires
     valgrind libc6-dbg          # memory checks of the coordinator
     wrk                         # load of many pollers
+    slowhttptest                # clients that never get done
     clang libclang-rt-14-dev    # the second compiler, and its sanitizers
     clang-format clang-tidy     # format and static checks
     cppcheck                    # static checks

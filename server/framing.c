@@ -62,7 +62,7 @@ static char decode(const char *text)
 	int high = text[0] == '%' ? digit(text[1]) : -1;
 	int low = high >= 0 ? digit(text[2]) : -1;
 
-	return low >= 0 ? (char)(high << 4 | low) : '\0';
+	return low >= 0 ? (char)(high * 16 + low) : '\0';
 }
 
 size_t pen_framing_unescape(char *text)

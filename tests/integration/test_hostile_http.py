@@ -2,9 +2,13 @@
 """Requests that no honest client sends (tests/support/hostile_http.py), and clients that do nothing
 but keep their place (slowhttptest): the server answers as it should and serves the others."""
 import concurrent.futures
+import http.client
+import pathlib
 import re
 import select
+import shutil
 import socket
+import subprocess
 import time
 
 import farm
@@ -51,7 +55,7 @@ def exchange(port, data):
             link.sendall(data)
         except OSError:
             pass  # refused before all was sent
-        while select.select([link], [], [], (0.5 if got else 2) * farm.SLOW)[0]:
+        while select.select([link], [], [], min(0.5 if got else 2, 8 / farm.SLOW) * farm.SLOW)[0]:
             try:
                 piece = link.recv(65536)
             except ConnectionError:
@@ -99,3 +103,66 @@ def test_a_request_that_libmicrohttpd_never_finishes(server):
         assert asset(server) < farm.SLOW
         time.sleep(1)
         assert farm.processor_seconds([server.process.pid]) - before < 0.25 * farm.SLOW
+
+
+CLIENTS, ATTACK_S = 500, 8
+MIB = 1 << 20
+# What keeps its place: headers, bodies and readers that never come to an end.
+ATTACKS = {
+    "headers": ["-H", "-i", "2", "-u", "/livez"],
+    "bodies": ["-B", "-i", "2", "-s", "8192", "-f", "application/json", "-u", "/v1/renders"],
+    "readers": ["-X", "-n", "2", "-w", "1024", "-y", "2048", "-z", "8", "-k", "10", "-u", "/openapi.json"],
+}
+
+
+def resident(process):
+    text = pathlib.Path(f"/proc/{process.pid}/statm").read_text()
+    return int(text.split()[1]) * 4096
+
+
+def poll(port, until):
+    """The 99th percentile of an honest client's polls in ms."""
+    link = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    times = []
+    while not until():
+        begin = time.monotonic()
+        link.request("GET", "/v1/renders/running")
+        answer = link.getresponse()
+        assert answer.status == 200 and answer.read()
+        times.append(1000 * (time.monotonic() - begin))
+        time.sleep(0.005)
+    link.close()
+    assert len(times) > 100
+    return sorted(times)[len(times) * 99 // 100]
+
+
+def until(seconds):
+    end = time.monotonic() + seconds
+    return lambda: time.monotonic() > end
+
+
+def besiege(server, attack):
+    """Whether 500 slow clients leave an honest one's 99th percentile within twice its usual."""
+    *options, path = ATTACKS[attack]
+    base = poll(server.port, until(2))
+    slow = subprocess.Popen(
+        ["slowhttptest", "-c", str(CLIENTS), "-r", str(CLIENTS), "-l", str(ATTACK_S), *options,
+         f"http://localhost:{server.port}{path}"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    time.sleep(1)  # in which it opens its connections, on the same processors
+    found = poll(server.port, lambda: slow.poll() is not None)
+    assert slow.returncode == 0
+    print(f"{attack}: p99 {base:.2f} ms alone, {found:.2f} ms among {CLIENTS}")
+    return found < max(2 * base, 5) * farm.SLOW and found < 100 * farm.SLOW
+
+
+@pytest.mark.skipif(not shutil.which("slowhttptest"), reason="needs slowhttptest")
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_slow_clients_cost_the_others_nothing(attack):
+    """Breaks if 500 clients that never get done slow others down, or leave memory behind. Once of
+    three times is enough: other processes own the processors too."""
+    with Server() as server:
+        poll(server.port, until(1))
+        memory = resident(server.process)
+        assert any(besiege(server, attack) for _ in range(3))
+        farm.wait_for(lambda: resident(server.process) < memory + 4 * MIB, 20, "memory")
