@@ -102,7 +102,8 @@ run_all() {
     build release
     build asan
     build clang # the second compiler's warnings
-    build fuzz fuzz_gltf fuzz_picture fuzz_scene fuzz_wire
+    build fuzz fuzz_fields fuzz_gltf fuzz_http fuzz_picture fuzz_recovery fuzz_scene fuzz_sched fuzz_tile \
+        fuzz_wire
     build tsan penumbra penumbra-worker penumbra-encoder
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
@@ -126,6 +127,8 @@ run_all() {
     PEN_BIN=build/tsan/bin PEN_SLOW=10 TSAN_OPTIONS=suppressions=$PWD/tests/support/threads.supp \
         pytest_suite threads-tsan 150 tests/integration/test_restart.py \
         tests/integration/test_wait.py -k 'not lost_framebuffer and not damaged_tiles'
+    PEN_BIN=build/asan/bin PEN_SLOW=5 pytest_suite http-asan 90 \
+        tests/integration/test_hostile_http.py -k "answered or never"
     suite fuzz 90 $python tests/bench/fuzz.py --seconds 10 --no-record
     pytest_suite reference 420 tests/reference
     pytest_suite chaos 420 tests/chaos
