@@ -26,6 +26,7 @@ static const struct pen_command commands[] = {
 	{"cancel", "stop a render; its partial image stays", pen_cli_cancel},
 	{"pause", "have a render wait", pen_cli_pause},
 	{"resume", "have a paused render go on", pen_cli_resume},
+	{"priority", "have a render go before others, or after them", pen_cli_priority},
 	{"workers", "show the workers", pen_cli_workers},
 	{"version", "print the version", version_main},
 };

@@ -37,6 +37,7 @@ int pen_cli_watch(int argc, char **argv);
 int pen_cli_cancel(int argc, char **argv);
 int pen_cli_pause(int argc, char **argv);
 int pen_cli_resume(int argc, char **argv);
+int pen_cli_priority(int argc, char **argv);
 int pen_cli_workers(int argc, char **argv);
 
 /* Prints "penumbra: text" and how to get help on standard error; PEN_EXIT_USAGE. */

@@ -248,9 +248,12 @@ static int operand_read(
 
 	if (count < (usage->operand == PEN_OPERAND_REQUIRED))
 		return pen_cli_usage(usage->command, "%s is missing", usage->operand_name);
-	if (count > (usage->operand != PEN_OPERAND_NONE))
+	if (usage->value_name && count < 2)
+		return pen_cli_usage(usage->command, "%s is missing", usage->value_name);
+	if (count > (usage->operand != PEN_OPERAND_NONE) + (usage->value_name != NULL))
 		return pen_cli_usage(usage->command, "'%s' is one word too many", argv[argc - 1]);
 	options->operand = count > 0 ? argv[optind] : NULL;
+	options->value = count > 1 ? argv[optind + 1] : NULL;
 	return PEN_EXIT_OK;
 }
 

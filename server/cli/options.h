@@ -19,7 +19,8 @@ struct pen_options {
 	const char *processes, *isa; /* NULL: not given */
 	double time, shutter;	     /* seconds; they are part of override in the end */
 	json_t *override;	     /* merge patch onto the scene, or NULL */
-	const char *operand;	     /* the one word that is no option, or NULL */
+	const char *operand;	     /* the first word that is no option, or NULL */
+	const char *value;	     /* the second, or NULL */
 };
 
 /* What an option's val stands for in a command's table of struct option. */
@@ -98,6 +99,7 @@ struct pen_usage {
 	const struct option *options; /* of the long ones; ends with {0} */
 	enum pen_operand operand;
 	const char *operand_name; /* "SCENE", for messages */
+	const char *value_name;	  /* of a second operand, which is then required; NULL: none */
 };
 
 /*

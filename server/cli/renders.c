@@ -73,16 +73,34 @@ int pen_renders_get(struct pen_client *client, const char *id, struct pen_resour
 	return r < 0 ? r : answer_read(client, ret_resource, err);
 }
 
-int pen_renders_set_state(struct pen_client *client, const char *id, const char *state,
+/* Asks for the change that body says. */
+static int patch(struct pen_client *client, const char *id, const char *body,
 	struct pen_resource *ret_resource, struct pen_error *err)
 {
-	char path[PATH_SIZE], body[64];
+	char path[PATH_SIZE];
 	int r = path_of(id, "", path, err);
 
-	(void)snprintf(body, sizeof body, "{\"state\":\"%s\"}", state);
 	if (r == 0)
 		r = pen_client_call(client, "PATCH", path, body, strlen(body), err);
 	return r < 0 ? r : answer_read(client, ret_resource, err);
+}
+
+int pen_renders_set_state(struct pen_client *client, const char *id, const char *state,
+	struct pen_resource *ret_resource, struct pen_error *err)
+{
+	char body[64];
+
+	(void)snprintf(body, sizeof body, "{\"state\":\"%s\"}", state);
+	return patch(client, id, body, ret_resource, err);
+}
+
+int pen_renders_set_priority(struct pen_client *client, const char *id, unsigned priority,
+	struct pen_resource *ret_resource, struct pen_error *err)
+{
+	char body[64];
+
+	(void)snprintf(body, sizeof body, "{\"priority\":%u}", priority);
+	return patch(client, id, body, ret_resource, err);
 }
 
 /* Short renders are asked for often, long ones seldom. */

@@ -21,6 +21,10 @@ int pen_renders_get(struct pen_client *client, const char *id, struct pen_resour
 int pen_renders_set_state(struct pen_client *client, const char *id, const char *state,
 	struct pen_resource *ret_resource, struct pen_error *err);
 
+/* priority: 0..100; the server refuses others. */
+int pen_renders_set_priority(struct pen_client *client, const char *id, unsigned priority,
+	struct pen_resource *ret_resource, struct pen_error *err);
+
 /*
  * Asks again and again, at most every interval_ms, until the render is over, showing progress.
  * A server that has gone may come back within patience_ms.

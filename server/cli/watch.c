@@ -5,9 +5,10 @@
 #include "server/cli/session.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { INTERVAL_MS = 200, PATIENCE_MS = 30000 };
+enum { INTERVAL_MS = 200, PATIENCE_MS = 30000, PRIORITY_MAX = 100 };
 
 static const char watch_help[] =
 	"usage: penumbra watch [OPTION…] ID\n"
@@ -37,6 +38,13 @@ static const char resume_help[] =
 	"usage: penumbra resume [OPTION…] ID\n"
 	"\n"
 	"Has a paused render go on.\n"
+	"\n"
+	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
+
+static const char priority_help[] =
+	"usage: penumbra priority [OPTION…] ID N\n"
+	"\n"
+	"Has a render go before those of lower priority: 0 to 100, 50 when nobody says.\n"
 	"\n"
 	"  --json               print the server's whole answer\n" PEN_SERVER_OPTIONS_HELP;
 
@@ -82,6 +90,16 @@ static const struct pen_usage resume_usage = {
 	.options = options,
 	.operand = PEN_OPERAND_REQUIRED,
 	.operand_name = "ID",
+};
+
+static const struct pen_usage priority_usage = {
+	.command = "priority",
+	.help = priority_help,
+	.letters = ":h",
+	.options = options,
+	.operand = PEN_OPERAND_REQUIRED,
+	.operand_name = "ID",
+	.value_name = "N",
 };
 
 static int follow(struct pen_session *session, struct pen_resource *resource)
@@ -149,4 +167,39 @@ int pen_cli_pause(int argc, char **argv)
 int pen_cli_resume(int argc, char **argv)
 {
 	return change_state(&resume_usage, "running", argc, argv);
+}
+
+/* text is one to three digits, nothing else. */
+static bool priority_parse(const char *text, unsigned *ret_priority)
+{
+	size_t length = strspn(text, "0123456789");
+
+	if (length == 0 || length > 3 || text[length] != '\0')
+		return false;
+	*ret_priority = (unsigned)strtoul(text, NULL, 10);
+	return *ret_priority <= PRIORITY_MAX;
+}
+
+int pen_cli_priority(int argc, char **argv)
+{
+	struct pen_resource resource;
+	struct pen_session session;
+	unsigned priority;
+	int code, r;
+
+	if (!pen_session_open(&session, &priority_usage, argc, argv, &code))
+		return code;
+	if (!priority_parse(session.options.value, &priority)) {
+		code = pen_cli_usage(
+			"priority", "'%s' is no priority from 0 to 100", session.options.value);
+		(void)pen_session_close(&session, 0);
+		return code;
+	}
+	r = pen_renders_set_priority(
+		session.client, session.options.operand, priority, &resource, &session.err);
+	if (r == 0 && session.options.json)
+		pen_print_json(pen_client_answer(session.client));
+	else if (r == 0)
+		(void)printf("%s: priority %u\n", resource.id, priority);
+	return pen_session_close(&session, r);
 }

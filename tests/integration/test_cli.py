@@ -11,7 +11,7 @@ import pytest
 from fake_server import FakeServer
 from farm import program, wait_for
 
-COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "workers")
+COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "priority", "workers")
 RUNNING = {"id": "abc", "state": "running", "progress": 0.5, "samples_done": 10, "seconds": 0.1}
 DONE = {**RUNNING, "state": "done", "progress": 1, "seconds": 1.5}
 
@@ -211,6 +211,25 @@ def test_commands_ask_for_their_state(command, state):
         run = penumbra(command, "abc", server=server)
     assert run.returncode == 0 and run.stdout == f"abc: {state}\n"
     assert json.loads(server.requests[0][2]) == {"state": state}
+
+
+def test_priority_asks_for_its_number():
+    answer = {**RUNNING, "priority": 70}
+    with FakeServer({("PATCH", "/v1/renders/abc"): (200, answer)}) as server:
+        run = penumbra("priority", "abc", "70", server=server)
+        whole = penumbra("priority", "--json", "abc", "0", server=server)
+    assert run.returncode == 0 and run.stdout == "abc: priority 70\n"
+    assert whole.returncode == 0 and json.loads(whole.stdout) == answer
+    assert [json.loads(request[2]) for request in server.requests] == [{"priority": 70}, {"priority": 0}]
+
+
+@pytest.mark.parametrize("words", [("abc",), ("abc", ""), ("abc", "101"), ("abc", "7x"), ("abc", "4294967346"),
+                                   ("abc", "-1"), ("abc", "7", "8")])
+def test_priority_refuses_what_is_none(words):
+    with FakeServer({}) as server:
+        run = penumbra("priority", *words, server=server)
+    assert run.returncode == 2 and "penumbra priority --help" in run.stderr
+    assert server.requests == []
 
 
 def test_watch_follows_until_the_render_is_done():
