@@ -6,6 +6,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <gnutls/abstract.h>
 #include <gnutls/crypto.h>
 #include <gnutls/gnutls.h>
 #include <gnutls/x509.h>
@@ -16,6 +17,9 @@
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
+
+/* From that of a host to that of its authority. */
+enum { CHAIN_MAX = 16 };
 
 enum { DAYS = 825, SERIAL_BYTES = 16, TEXT_MAX = 256 };
 
@@ -133,6 +137,78 @@ static int check_pair(const gnutls_datum_t *cert, const gnutls_datum_t *key, str
 	return r < 0 ? library_error(err, r, "the certificate and its key are not usable") : 0;
 }
 
+static int present_key(const struct pen_certificate *certificate, gnutls_privkey_t *ret_key)
+{
+	const gnutls_datum_t text = {
+		(unsigned char *)certificate->key, (unsigned)strlen(certificate->key)};
+	gnutls_privkey_t key;
+	int r = gnutls_privkey_init(&key);
+
+	if (r < 0)
+		return r;
+	r = gnutls_privkey_import_x509_raw(key, &text, GNUTLS_X509_FMT_PEM, NULL, 0);
+	if (r < 0)
+		gnutls_privkey_deinit(key);
+	else
+		*ret_key = key;
+	return r;
+}
+
+static void drop_chain(gnutls_pcert_st *certs, unsigned count)
+{
+	for (unsigned i = 0; i < count; i++)
+		gnutls_pcert_deinit(&certs[i]);
+	gnutls_free(certs);
+}
+
+int pen_certificate_present(const struct pen_certificate *certificate,
+	struct gnutls_pcert_st **ret_certs, unsigned *ret_count, struct gnutls_privkey_st **ret_key,
+	unsigned *ret_flags)
+{
+	gnutls_pcert_st *certs = certificate ? gnutls_calloc(CHAIN_MAX, sizeof *certs) : NULL;
+	unsigned count = CHAIN_MAX;
+	gnutls_datum_t text;
+	int r;
+
+	if (!certs)
+		return GNUTLS_E_MEMORY_ERROR;
+	text.data = (unsigned char *)certificate->cert;
+	text.size = (unsigned)strlen(certificate->cert);
+	r = gnutls_pcert_list_import_x509_raw(certs, &count, &text, GNUTLS_X509_FMT_PEM, 0);
+	if (r < 0)
+		count = 0;
+	else
+		r = present_key(certificate, ret_key);
+	if (r < 0) {
+		drop_chain(certs, count);
+		return r;
+	}
+	*ret_certs = certs;
+	*ret_count = count;
+	*ret_flags = GNUTLS_CERT_RETR_DEINIT_ALL;
+	return 0;
+}
+
+void *pen_certificate_user(struct gnutls_session_int *session)
+{
+	return gnutls_session_get_ptr(session);
+}
+
+/* Whether it can be shown as it will be. */
+static int check_present(const struct pen_certificate *certificate, struct pen_error *err)
+{
+	gnutls_pcert_st *certs;
+	gnutls_privkey_t key;
+	unsigned count, flags;
+	int r = pen_certificate_present(certificate, &certs, &count, &key, &flags);
+
+	if (r < 0)
+		return library_error(err, r, "the certificate and its key are not usable");
+	drop_chain(certs, count);
+	gnutls_privkey_deinit(key);
+	return 0;
+}
+
 static int inspect(struct pen_certificate *certificate, struct pen_error *err)
 {
 	const gnutls_datum_t cert = {
@@ -142,6 +218,8 @@ static int inspect(struct pen_certificate *certificate, struct pen_error *err)
 	gnutls_x509_crt_t crt;
 	int r = check_pair(&cert, &key, err);
 
+	if (r == 0)
+		r = check_present(certificate, err);
 	if (r < 0)
 		return r;
 	if (gnutls_x509_crt_init(&crt) < 0)

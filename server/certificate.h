@@ -6,6 +6,13 @@
 
 #include <stddef.h>
 
+/* GnuTLS's own, whose headers are for one file alone. */
+struct gnutls_cert_retr_st;
+struct gnutls_ocsp_data_st;
+struct gnutls_pcert_st;
+struct gnutls_privkey_st;
+struct gnutls_session_int;
+
 /* What the HTTP interface proves with who it is: X.509 certificates and a key, both PEM. */
 struct pen_certificate {
 	char *cert, *key; /* text, as libraries take it */
@@ -19,6 +26,17 @@ struct pen_certificate {
  */
 int pen_certificate_load(const char *cert_path, const char *key_path,
 	struct pen_certificate *ret_certificate, struct pen_error *err);
+/*
+ * What GnuTLS asks its retrieve function 3 for, in its own form and for one connection, which frees
+ * it. 0 or an error of GnuTLS; certificate may be NULL, which is one.
+ */
+int pen_certificate_present(const struct pen_certificate *certificate,
+	struct gnutls_pcert_st **ret_certs, unsigned *ret_count, struct gnutls_privkey_st **ret_key,
+	unsigned *ret_flags);
+
+/* What the session belongs to: libmicrohttpd's connection. */
+void *pen_certificate_user(struct gnutls_session_int *session);
+
 void pen_certificate_finish(struct pen_certificate *certificate);
 
 enum { PEN_FINGERPRINT_TEXT = 96 }; /* 32 pairs of hex digits with colons, and a NUL */

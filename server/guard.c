@@ -59,8 +59,7 @@ void pen_guard_destroy(struct pen_guard *guard)
 {
 	if (!guard)
 		return;
-	for (uint32_t i = 0; i < guard->name_count; i++)
-		free(guard->names[i]);
+	pen_guard_forget_names(guard);
 	pen_tokens_finish(&guard->tokens);
 	free(guard);
 }
@@ -120,6 +119,12 @@ int pen_guard_add_name(struct pen_guard *guard, const char *name, struct pen_err
 		return pen_error_memory(err);
 	guard->names[guard->name_count++] = copy;
 	return 0;
+}
+
+void pen_guard_forget_names(struct pen_guard *guard)
+{
+	while (guard->name_count > 0)
+		free(guard->names[--guard->name_count]);
 }
 
 bool pen_guard_has_name(const struct pen_guard *guard, const char *host)

@@ -50,6 +50,8 @@ bool pen_guard_knows(
  */
 int pen_guard_add_name(struct pen_guard *guard, const char *name, struct pen_error *err);
 
+void pen_guard_forget_names(struct pen_guard *guard);
+
 /* Whether host, as in Host, is one of them. */
 bool pen_guard_has_name(const struct pen_guard *guard, const char *host);
 

@@ -30,6 +30,7 @@ struct pen_http {
 	unsigned handles; /* open; the last that closes frees all */
 	struct pen_drains drains;
 	struct pen_visitors *visitors;
+	const struct pen_certificate *certificate; /* or NULL */
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
 	unsigned stalls;     /* turns that libmicrohttpd wanted and did nothing with */
@@ -589,6 +590,25 @@ static uint16_t port_of(int fd)
 	return ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
 }
 
+/*
+ * A connection gets a copy of what is shown now, so that the certificate may change while others
+ * are in the middle of their handshake.
+ */
+static int show_certificate(struct gnutls_session_int *session,
+	const struct gnutls_cert_retr_st *info, struct gnutls_pcert_st **ret_certs,
+	unsigned *ret_count, struct gnutls_ocsp_data_st **ret_ocsp, unsigned *ret_ocsp_count,
+	struct gnutls_privkey_st **ret_key, unsigned *ret_flags)
+{
+	const struct pen_visitor *visitor = visitor_of(pen_certificate_user(session));
+	const struct pen_http *http = visitor ? pen_visitor_user(visitor) : NULL;
+
+	(void)info;
+	*ret_ocsp = NULL;
+	*ret_ocsp_count = 0;
+	return pen_certificate_present(
+		http ? http->certificate : NULL, ret_certs, ret_count, ret_key, ret_flags);
+}
+
 /* TLS 1.3 and nothing before it. */
 static const char tls_priorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3";
 
@@ -598,8 +618,7 @@ static int start_daemon(
 	const struct pen_certificate *certificate = options->certificate;
 	unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (certificate ? MHD_USE_TLS : 0);
 	struct MHD_OptionItem tls[] = {
-		{MHD_OPTION_HTTPS_MEM_CERT, 0, certificate ? certificate->cert : NULL},
-		{MHD_OPTION_HTTPS_MEM_KEY, 0, certificate ? certificate->key : NULL},
+		{MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)(uintptr_t)show_certificate},
 		{MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)tls_priorities},
 		{MHD_OPTION_END, 0, NULL},
 	};
@@ -658,13 +677,14 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 		.scenes_dir = options->scenes_dir,
 		.boot = (uint64_t)pen_clock_wall_ms(),
 	};
+	http->certificate = options->certificate;
 	http->drains.loop = loop;
 	(void)uv_timer_init(loop, &http->timer);
 	http->timer.data = http;
 	http->handles++;
 	r = pen_watches_create(loop, options->jobs, &http->api.watches, err);
 	if (r == 0)
-		r = pen_visitors_create(loop, &http->visitors, err);
+		r = pen_visitors_create(loop, http, &http->visitors, err);
 	if (r == 0)
 		r = start_daemon(http, options, err);
 	if (r == 0)

@@ -22,7 +22,8 @@ struct pen_http;
 struct pen_http_options {
 	struct sockaddr_storage address;	   /* port 0: any */
 	int socket;				   /* a listening one to use instead, or -1 */
-	const struct pen_certificate *certificate; /* borrowed; NULL: no TLS */
+	const struct pen_certificate *certificate; /* borrowed, asked at each connection; NULL: no
+						      TLS */
 	struct pen_jobs *jobs;
 	struct pen_farm *farm;
 	struct pen_encoders *encoders;

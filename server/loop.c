@@ -30,7 +30,7 @@
 #include <unistd.h>
 #include <uv.h>
 
-enum { SIGNALS = 2 };
+enum { SIGNALS = 3 };
 
 struct pen_server {
 	uv_loop_t loop;
@@ -79,6 +79,38 @@ static void stop(struct pen_server *server)
 		uv_unref((uv_handle_t *)&server->signals[i]);
 }
 
+/* Connections that there are keep what they were shown. */
+static void renew_certificate(struct pen_server *server)
+{
+	const struct pen_config *config = server->config;
+	struct pen_certificate certificate;
+	struct pen_error err = PEN_ERROR_INIT;
+	int r = pen_certificate_load(config->tls_cert, config->tls_key, &certificate, &err);
+
+	if (r < 0) {
+		pen_log(PEN_LOG_ERROR, "the certificate stays as it was: %s", err.text);
+		return;
+	}
+	pen_certificate_finish(&server->certificate);
+	server->certificate = certificate;
+	pen_guard_forget_names(server->guard);
+	for (size_t i = 0; r == 0 && i < certificate.name_count; i++)
+		r = pen_guard_add_name(server->guard, certificate.names[i], &err);
+	if (r < 0)
+		pen_log(PEN_LOG_ERROR, "not all names of the certificate are known: %s", err.text);
+	pen_log(PEN_LOG_INFO, "the certificate was read again");
+}
+
+/* Tokens and keys are read again by themselves. */
+static void handle_hangup(uv_signal_t *handle, int number)
+{
+	struct pen_server *server = handle->data;
+
+	(void)number;
+	if (!server->stopping && server->http)
+		renew_certificate(server);
+}
+
 static void handle_signal(uv_signal_t *handle, int number)
 {
 	struct pen_server *server = handle->data;
@@ -113,13 +145,17 @@ static void allow_descriptors(void)
 
 static void start_signals(struct pen_server *server)
 {
-	static const int numbers[SIGNALS] = {SIGTERM, SIGINT};
+	static const int numbers[SIGNALS] = {SIGTERM, SIGINT, SIGHUP};
+	const bool has_certificate = server->config->tls_cert[0] != '\0';
 
 	(void)signal(SIGPIPE, SIG_IGN);
 	for (int i = 0; i < SIGNALS; i++) {
 		(void)uv_signal_init(&server->loop, &server->signals[i]);
 		server->signals[i].data = server;
-		(void)uv_signal_start(&server->signals[i], handle_signal, numbers[i]);
+		if (numbers[i] != SIGHUP)
+			(void)uv_signal_start(&server->signals[i], handle_signal, numbers[i]);
+		else if (has_certificate) /* else a terminal that goes ends this too */
+			(void)uv_signal_start(&server->signals[i], handle_hangup, numbers[i]);
 	}
 }
 

@@ -35,6 +35,7 @@ struct pen_visitor {
 
 struct pen_visitors {
 	uv_loop_t *loop;
+	void *user;
 	uv_timer_t timer; /* runs while there are visitors */
 	uint64_t looked;  /* ms */
 	struct pen_visitor *first;
@@ -244,17 +245,24 @@ void pen_visitor_rests(struct pen_visitor *visitor)
 
 /* Lifetimes */
 
-int pen_visitors_create(uv_loop_t *loop, struct pen_visitors **ret_visitors, struct pen_error *err)
+int pen_visitors_create(
+	uv_loop_t *loop, void *user, struct pen_visitors **ret_visitors, struct pen_error *err)
 {
 	struct pen_visitors *visitors = calloc(1, sizeof *visitors);
 
 	if (!visitors)
 		return pen_error_memory(err);
 	visitors->loop = loop;
+	visitors->user = user;
 	(void)uv_timer_init(loop, &visitors->timer);
 	visitors->timer.data = visitors;
 	*ret_visitors = visitors;
 	return 0;
+}
+
+void *pen_visitor_user(const struct pen_visitor *visitor)
+{
+	return visitor->visitors->user;
 }
 
 static void timer_closed(uv_handle_t *handle)

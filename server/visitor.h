@@ -21,7 +21,10 @@
 struct pen_visitors;
 struct pen_visitor;
 
-int pen_visitors_create(uv_loop_t *loop, struct pen_visitors **ret_visitors, struct pen_error *err);
+/* user is what pen_visitor_user tells. */
+int pen_visitors_create(
+	uv_loop_t *loop, void *user, struct pen_visitors **ret_visitors, struct pen_error *err);
+void *pen_visitor_user(const struct pen_visitor *visitor);
 
 /* After the last visitor has left; memory goes when the loop has run. NULL is fine. */
 void pen_visitors_destroy(struct pen_visitors *visitors);

@@ -73,7 +73,7 @@ static void an_address_has_so_many(void **state)
 
 	(void)state;
 	assert_int_equal(uv_loop_init(&loop), 0);
-	assert_int_equal(pen_visitors_create(&loop, &visitors, NULL), 0);
+	assert_int_equal(pen_visitors_create(&loop, NULL, &visitors, NULL), 0);
 	check_crowd(visitors, "192.0.2.1", "192.0.2.1", "192.0.2.2");
 	check_crowd(visitors, "192.0.2.1", "::ffff:192.0.2.1", "::ffff:192.0.2.2");
 	check_crowd(visitors, "2001:db8::1", "2001:db8::ffff:0:0:1", "2001:db8:0:1::1");
@@ -92,7 +92,7 @@ static void loopback_is_not_counted(void **state)
 
 	(void)state;
 	assert_int_equal(uv_loop_init(&loop), 0);
-	assert_int_equal(pen_visitors_create(&loop, &visitors, NULL), 0);
+	assert_int_equal(pen_visitors_create(&loop, NULL, &visitors, NULL), 0);
 	for (unsigned t = 0; t < sizeof texts / sizeof texts[0]; t++) {
 		for (unsigned i = 0; i <= PEN_HTTP_ADDRESS_MAX; i++)
 			crowd[i] = enter(visitors, texts[t]);
