@@ -41,10 +41,12 @@ static struct backlog_sum sum_of(
 	struct backlog_sum sum = {.owner = owner, .replaced = replaced, .soonest_s = -1};
 	const struct pen_run *run;
 
-	TAILQ_FOREACH (run, &jobs->unfinished, unfinished)
+	TAILQ_FOREACH (run, &jobs->unfinished, unfinished) {
 		add(&sum, run);
-	TAILQ_FOREACH (run, &jobs->accepting, unfinished)
+	}
+	TAILQ_FOREACH (run, &jobs->accepting, unfinished) {
 		add(&sum, run);
+	}
 	return sum;
 }
 
