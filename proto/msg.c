@@ -6,6 +6,7 @@
 #include "proto/penumbra.pb-c.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <string.h>
 
 static_assert((int)PEN_FAULT_CRASH == PEN__WIRE__FAULT__FAULT_CRASH &&
@@ -203,6 +204,20 @@ static int check_mask(const struct pen_msg *msg, struct pen_error *err)
 	return 0;
 }
 
+/* For logs: kept as they are, so they must be plain and short. */
+static int read_ids(const Pen__Wire__Lease *lease, struct pen_msg_lease *msg, struct pen_error *err)
+{
+	int r = check_text(lease->render, sizeof msg->render - 1, "render", err);
+
+	if (r == 0)
+		r = check_text(lease->traceparent, sizeof msg->trace - 1, "traceparent", err);
+	if (r == 0) {
+		(void)snprintf(msg->render, sizeof msg->render, "%s", lease->render);
+		(void)snprintf(msg->trace, sizeof msg->trace, "%s", lease->traceparent);
+	}
+	return r;
+}
+
 static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_error *err)
 {
 	const Pen__Wire__Lease *lease = &wire->lease;
@@ -226,6 +241,8 @@ static int read_lease(const union wire *wire, struct pen_msg *msg, struct pen_er
 	msg->u.lease.has_world = lease->world_sha256.len > 0;
 	if (r == 0 && msg->u.lease.has_world)
 		r = read_sha256(&lease->world_sha256, &msg->u.lease.world_sha256, err);
+	if (r == 0)
+		r = read_ids(lease, &msg->u.lease, err);
 	if (r == 0)
 		r = check_lease(&msg->u.lease, err);
 	return r < 0 ? r : check_mask(msg, err);
@@ -443,6 +460,8 @@ static void write_lease(const struct pen_msg *msg, union wire *wire)
 	wire->lease.deadline_ms = lease->deadline_ms;
 	wire->lease.channels = lease->channels;
 	wire->lease.at_centre = lease->at_centre;
+	wire->lease.render = (char *)(uintptr_t)lease->render;
+	wire->lease.traceparent = (char *)(uintptr_t)lease->trace;
 }
 
 static void write_revoke(const struct pen_msg *msg, union wire *wire)

@@ -49,6 +49,8 @@ struct pen_msg_scene_data {
 	bool missing;
 };
 
+enum { PEN_LEASE_RENDER_TEXT = 65 };
+
 struct pen_msg_lease {
 	uint64_t lease, job;
 	uint32_t epoch, tile, round, frame;
@@ -58,8 +60,10 @@ struct pen_msg_lease {
 	bool has_world; /* scenes with the same one differ in their view alone */
 	struct pen_sha256 world_sha256;
 	uint32_t deadline_ms;
-	bool at_centre;	   /* samples go through the pixels' centres */
-	uint32_t channels; /* PEN_CHANNELS_MIN .. PEN_CHANNELS_MAX */
+	bool at_centre;			    /* samples go through the pixels' centres */
+	uint32_t channels;		    /* PEN_CHANNELS_MIN .. PEN_CHANNELS_MAX */
+	char render[PEN_LEASE_RENDER_TEXT]; /* the render's id, for logs */
+	char trace[PEN_TRACEPARENT_TEXT];   /* its traceparent, for logs; "": none */
 };
 
 struct pen_msg_revoke {

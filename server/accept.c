@@ -72,6 +72,8 @@ int pen_accept_fill(const struct pen_submission *submission, uint32_t tile_px,
 	struct pen_rounds rounds;
 	int r = make_id(job.id, err);
 
+	memcpy(job.trace, submission->trace, sizeof job.trace);
+
 	if (submission->deadline_s > 0)
 		job.deadline_ms = job.created_ms + (int64_t)ceil(1e3 * submission->deadline_s);
 	if (r == 0 && submission->name && !(job.name = strdup(submission->name)))

@@ -3,6 +3,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/limits.h"
+#include "core/base/log.h"
 #include "server/api_again.h"
 #include "server/api_render.h"
 #include "server/api_wait.h"
@@ -11,6 +12,7 @@
 #include "server/glb_request.h"
 #include "server/shelf.h"
 #include "server/submission.h"
+#include "server/trace_context.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,10 +48,22 @@ static void answer_accepted(struct pen_exchange *exchange, const struct pen_job 
 	pen_exchange_answer(exchange, &answer);
 }
 
+/* Previews come at the pace of a mouse. */
+static void note_accepted(const struct pen_exchange *exchange, const struct pen_job *job)
+{
+	const struct pen_log_about about = {
+		.request = exchange->id, .job = job->id, .trace = job->trace};
+
+	pen_log_of(&about, job->is_preview ? PEN_LOG_DEBUG : PEN_LOG_INFO, "render %s: accepted",
+		job->id);
+}
+
 static void accepted(void *user, struct pen_job *job, const struct pen_error *err)
 {
 	struct pen_exchange *exchange = user;
 
+	if (job)
+		note_accepted(exchange, job);
 	if (!job)
 		pen_exchange_error(exchange, err);
 	else if (!pen_api_hold(exchange, job, true, answer_accepted))
@@ -182,6 +196,9 @@ static void begin(struct submit *submit)
 	int r;
 
 	submission->owner = exchange->caller.owner;
+	if (!pen_trace_context_continue(
+		    pen_exchange_field(exchange, "traceparent"), submission->trace))
+		submission->trace[0] = '\0';
 	if (!pen_api_look_for_render(exchange, submission->replaces))
 		submission->replaces[0] = '\0';
 	if (!is_new(exchange, submission))

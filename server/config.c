@@ -37,6 +37,7 @@ const char pen_config_usage[] =
 	"  --sandbox MODE             of encoders and the local worker: require, best-effort or\n"
 	"                             off (require if others can reach it, else best-effort)\n"
 	"  --log-level LEVEL          error, warning, info or debug (info)\n"
+	"  --log-format FORMAT        text, or json: a line of it an event (text)\n"
 	"  --config FILE              these options but the next as lines KEY = VALUE\n"
 	"                             ($PENUMBRA_CONFIG); see penumbra.conf(5)\n"
 	"  --parent-death[=PID]       end when the process that started this one does, PID\n"
@@ -44,13 +45,6 @@ const char pen_config_usage[] =
 	"\n"
 	"Off loopback, HTTP needs TLS and tokens, and workers need keys. Both\n"
 	"addresses are printed when the coordinator is ready, and written to DIR/ports.\n";
-
-static const char *const level_names[] = {"error", "warning", "info", "debug"};
-
-const char *pen_config_log_level_name(enum pen_log_level level)
-{
-	return level_names[level];
-}
 
 static int parse_number(const char *text, uint32_t max, uint32_t *ret_number)
 {
@@ -108,17 +102,6 @@ static int parse_address(const char *option, const char *text, struct sockaddr_s
 		return pen_error_set(err, PEN_EINVALID,
 			"--%s takes a numeric address, as in 127.0.0.1:8080", option);
 	return 0;
-}
-
-static int parse_level(const char *text, enum pen_log_level *ret_level, struct pen_error *err)
-{
-	for (size_t i = 0; i < sizeof level_names / sizeof *level_names; i++) {
-		if (strcmp(text, level_names[i]) != 0)
-			continue;
-		*ret_level = (enum pen_log_level)i;
-		return 0;
-	}
-	return pen_error_set(err, PEN_EINVALID, "--log-level takes error, warning, info or debug");
 }
 
 static int parse_isa(const char *text, const char **ret_isa, struct pen_error *err)
@@ -184,6 +167,7 @@ enum {
 	TLS_KEY,
 	SANDBOX,
 	LOG_LEVEL,
+	LOG_FORMAT,
 	CONFIG,
 	PARENT_DEATH,
 	HELP
@@ -205,6 +189,7 @@ static const struct option options[] = {
 	{"tls-key", required_argument, NULL, TLS_KEY},
 	{"sandbox", required_argument, NULL, SANDBOX},
 	{"log-level", required_argument, NULL, LOG_LEVEL},
+	{"log-format", required_argument, NULL, LOG_FORMAT},
 	{"config", required_argument, NULL, CONFIG},
 	{"parent-death", optional_argument, NULL, PARENT_DEATH},
 	{"help", no_argument, NULL, HELP},
@@ -261,7 +246,8 @@ static int parse_option(
 	case SANDBOX:
 		config->has_sandbox = true;
 		return pen_sandbox_mode_parse(value, &config->sandbox, err);
-	case LOG_LEVEL: return parse_level(value, &config->log_level, err);
+	case LOG_LEVEL: return pen_log_level_parse(value, &config->log_level, err);
+	case LOG_FORMAT: return pen_log_format_parse(value, &config->log_format, err);
 	case PARENT_DEATH:
 		if (!value || parse_number(value, INT_MAX, &number) == 0) {
 			config->parent = value ? (pid_t)number : getppid();

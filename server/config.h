@@ -28,6 +28,7 @@ struct pen_config {
 	bool has_sandbox;			    /* else server/confine.h chooses */
 	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;
+	enum pen_log_format log_format;
 	pid_t parent; /* end when it does; 0: live on */
 	bool help;
 };
@@ -54,8 +55,5 @@ int pen_config_default_data(char *ret_dir, struct pen_error *err);
 
 /* Whether nobody but this machine can reach it. */
 bool pen_config_is_loopback(const struct sockaddr_storage *address);
-
-/* "error", "warning", "info", "debug", as --log-level takes it. */
-const char *pen_config_log_level_name(enum pen_log_level level);
 
 #endif

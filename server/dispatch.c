@@ -5,6 +5,7 @@
 #include "core/base/digest.h"
 #include "core/base/film.h"
 #include "core/base/limits.h"
+#include "core/base/log.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -53,6 +54,21 @@ void pen_dispatch_connect_farm(struct pen_dispatch *dispatch, const struct pen_d
 	dispatch->farm = *farm;
 }
 
+static void note(const struct pen_job *job, uint64_t worker, uint32_t frame, uint32_t tile,
+	uint32_t round, enum pen_log_level level, const char *what)
+{
+	const struct pen_log_about about = {.job = job->id,
+		.trace = job->trace,
+		.worker = worker,
+		.has_unit = true,
+		.frame = frame,
+		.tile = tile,
+		.round = round};
+
+	pen_log_of(&about, level, "render %s, frame %u, tile %u, round %u, worker %llu: %s",
+		job->id, frame, tile, round, (unsigned long long)worker, what);
+}
+
 static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_action *action)
 {
 	const struct pen_job *job = dispatch->jobs.find(dispatch->jobs.user, action->job);
@@ -79,6 +95,10 @@ static void send_lease(struct pen_dispatch *dispatch, const struct pen_sched_act
 		.channels = pen_job_film(job).channels,
 	};
 
+	memcpy(lease.render, job->id, sizeof job->id);
+	memcpy(lease.trace, job->trace, sizeof lease.trace);
+	note(job, action->worker, action->frame, action->tile, action->round, PEN_LOG_DEBUG,
+		"leased");
 	dispatch->farm.lease(dispatch->farm.user, action->worker, &lease, has_mask ? mask : NULL);
 }
 
@@ -328,10 +348,12 @@ enum pen_dispatch_outcome pen_dispatch_result(struct pen_dispatch *dispatch, uin
 	defect = find_defect(result, pixels, size, &film, area, has_mask ? mask : NULL,
 		samples.end - samples.first);
 	if (defect) {
+		note(job, worker, lease->frame, lease->tile, lease->round, PEN_LOG_WARNING, defect);
 		free(pixels);
 		fail_lease(dispatch, worker, result->lease, PEN_SCHED_FAULT_OWN, defect);
 		return PEN_OUTCOME_BAD;
 	}
+	note(job, worker, lease->frame, lease->tile, lease->round, PEN_LOG_DEBUG, "rendered");
 	dispatch->pixels = pixels;
 	step(dispatch, &(struct pen_sched_event){.type = PEN_SCHED_RESULT,
 			       .worker = worker,
@@ -362,10 +384,15 @@ static enum pen_sched_fault fault_of(enum pen_fault fault)
 enum pen_dispatch_outcome pen_dispatch_failure(
 	struct pen_dispatch *dispatch, uint64_t worker, const struct pen_msg_failure *failure)
 {
+	const struct pen_sched_lease *lease =
+		pen_sched_find_lease(dispatch->sched, worker, failure->lease);
 	enum pen_sched_fault fault = fault_of(failure->fault);
 
-	if (dispatch->stopped || !pen_sched_find_lease(dispatch->sched, worker, failure->lease))
+	if (dispatch->stopped || !lease)
 		return PEN_OUTCOME_GONE;
+	note(dispatch->jobs.find(dispatch->jobs.user, lease->job), worker, lease->frame,
+		lease->tile, lease->round,
+		fault == PEN_SCHED_FAULT_OWN ? PEN_LOG_WARNING : PEN_LOG_DEBUG, failure->reason);
 	fail_lease(dispatch, worker, failure->lease, fault, failure->reason);
 	return fault == PEN_SCHED_FAULT_OWN ? PEN_OUTCOME_BAD : PEN_OUTCOME_RETURNED;
 }

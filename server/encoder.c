@@ -324,15 +324,20 @@ int main(int argc, char **argv)
 {
 	static const struct pen_sandbox_limits limits = {.memory_bytes = 8ul << 30};
 	enum pen_sandbox_mode mode = PEN_SANDBOX_BEST_EFFORT;
+	enum pen_log_format format = PEN_LOG_TEXT;
 	struct pen_error err = PEN_ERROR_INIT;
 	int r = 0;
 
-	pen_log_open("penumbra-encoder", PEN_LOG_INFO);
-	if (argc == 3 && strcmp(argv[1], "--sandbox") == 0)
-		r = pen_sandbox_mode_parse(argv[2], &mode, &err);
-	else if (argc != 1)
-		r = pen_error_set(&err, PEN_EINVALID,
-			"usage: penumbra-encoder [--sandbox require|best-effort|off]");
+	for (int i = 1; i < argc && r == 0; i += 2)
+		if (i + 1 < argc && strcmp(argv[i], "--sandbox") == 0)
+			r = pen_sandbox_mode_parse(argv[i + 1], &mode, &err);
+		else if (i + 1 < argc && strcmp(argv[i], "--log-format") == 0)
+			r = pen_log_format_parse(argv[i + 1], &format, &err);
+		else
+			r = pen_error_set(&err, PEN_EINVALID,
+				"usage: penumbra-encoder [--sandbox "
+				"require|best-effort|off] [--log-format text|json]");
+	pen_log_open("penumbra-encoder", PEN_LOG_INFO, format);
 	if (r == 0)
 		r = pen_process_bind(getppid(), SIGKILL, &err);
 	if (r == 0)

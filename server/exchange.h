@@ -3,6 +3,7 @@
 #define PEN_SERVER_EXCHANGE_H
 
 #include "core/base/buf.h"
+#include "core/base/limits.h"
 #include "server/answer.h"
 #include "server/guard.h"
 #include "server/stream.h"
@@ -40,7 +41,8 @@ struct pen_exchange {
 	struct pen_api
 		*api; /* NULL when the service has gone: then only the answer is left to do */
 	enum pen_method method;
-	const char *path; /* percent-decoded, without the query */
+	const char *path;		 /* percent-decoded, without the query */
+	char id[PEN_REQUEST_ID_MAX + 1]; /* the client's, or one that no other has */
 	struct pen_buf body;
 	struct pen_asset_upload *upload; /* what takes the body instead of body, or NULL */
 	bool ignores_body;		 /* nothing takes it */

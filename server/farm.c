@@ -122,7 +122,8 @@ static void replace_twin(const struct worker *worker)
 	for (struct worker *other = worker->farm->workers; other; other = other->next)
 		if (other != worker && other->shown.id != 0 && has_lasting_key(worker) &&
 			strcmp(pen_link_name(other->link), name) == 0) {
-			pen_log(PEN_LOG_WARNING, "worker %llu gives way to another with the key %s",
+			pen_log_of(&(struct pen_log_about){.worker = other->shown.id},
+				PEN_LOG_WARNING, "worker %llu gives way to another with the key %s",
 				(unsigned long long)other->shown.id, name);
 			pen_link_close(other->link);
 		}
@@ -147,7 +148,8 @@ static void handle_hello(struct worker *worker, const struct pen_msg_hello *hell
 		has_lasting_key(worker) && pen_muster_is_barred(farm->muster, worker->key);
 	welcome.u.welcome = (struct pen_msg_welcome){worker->shown.id, PEN_HEARTBEAT_MS};
 	pen_link_send(worker->link, &welcome);
-	pen_log(PEN_LOG_INFO, "worker %llu: %s at %s, %u processes, class %s%s",
+	pen_log_of(&(struct pen_log_about){.worker = worker->shown.id}, PEN_LOG_INFO,
+		"worker %llu: %s at %s, %u processes, class %s%s",
 		(unsigned long long)worker->shown.id, worker->shown.name, worker->shown.address,
 		worker->shown.processes, worker->shown.equivalence_class,
 		worker->shown.quarantined ? ", in quarantine: its pixels were wrong before" : "");
@@ -209,9 +211,6 @@ static void handle_failure(struct worker *worker, const struct pen_msg_failure *
 	enum pen_dispatch_outcome outcome =
 		pen_dispatch_failure(worker->farm->dispatch, worker->shown.id, failure);
 
-	if (outcome == PEN_OUTCOME_BAD)
-		pen_log(PEN_LOG_WARNING, "worker %llu: a unit failed: %s",
-			(unsigned long long)worker->shown.id, failure->reason);
 	note_outcome(worker, outcome, 0);
 }
 
@@ -293,7 +292,8 @@ static void handle_closed(void *user, const char *reason)
 	if (worker->shown.id == 0 && !farm->closing)
 		note_stranger(worker, reason);
 	if (worker->shown.id != 0 && !farm->closing) {
-		pen_log(worker->shown.draining ? PEN_LOG_INFO : PEN_LOG_WARNING,
+		pen_log_of(&(struct pen_log_about){.worker = worker->shown.id},
+			worker->shown.draining ? PEN_LOG_INFO : PEN_LOG_WARNING,
 			"worker %llu (%s) is gone: %s", (unsigned long long)worker->shown.id,
 			worker->shown.name, reason);
 		pen_dispatch_remove_worker(farm->dispatch, worker->shown.id);
@@ -365,8 +365,9 @@ static void check_worker(struct worker *worker, int64_t now_ms)
 	if (shown->id == 0 && now_ms - worker->opened_ms > PEN_HELLO_MS) {
 		pen_link_close(worker->link);
 	} else if (shown->id != 0 && now_ms - worker->heard_ms > PEN_DEAD_MS) {
-		pen_log(PEN_LOG_WARNING, "worker %llu has been silent for %d s",
-			(unsigned long long)shown->id, PEN_DEAD_MS / 1000);
+		pen_log_of(&(struct pen_log_about){.worker = shown->id}, PEN_LOG_WARNING,
+			"worker %llu has been silent for %d s", (unsigned long long)shown->id,
+			PEN_DEAD_MS / 1000);
 		pen_link_close(worker->link);
 	}
 }
@@ -381,8 +382,8 @@ static void check_keys(struct pen_farm *farm)
 			(pen_muster_find(farm->muster, pen_link_name(worker->link), key) &&
 				memcmp(key, worker->key, sizeof key) == 0))
 			continue;
-		pen_log(PEN_LOG_WARNING, "worker %llu has no key any more",
-			(unsigned long long)worker->shown.id);
+		pen_log_of(&(struct pen_log_about){.worker = worker->shown.id}, PEN_LOG_WARNING,
+			"worker %llu has no key any more", (unsigned long long)worker->shown.id);
 		pen_link_close(worker->link);
 	}
 	explicit_bzero(key, sizeof key);
@@ -450,7 +451,8 @@ static void note_quarantine(void *user, uint64_t id, enum pen_dispatch_custody c
 	worker->shown.quarantined = custody != PEN_CUSTODY_NONE;
 	if (custody == PEN_CUSTODY_LIAR && has_lasting_key(worker))
 		pen_muster_bar(((struct pen_farm *)user)->muster, worker->key);
-	pen_log(custody == PEN_CUSTODY_NONE ? PEN_LOG_INFO : PEN_LOG_ERROR, "worker %llu (%s) %s",
+	pen_log_of(&(struct pen_log_about){.worker = id},
+		custody == PEN_CUSTODY_NONE ? PEN_LOG_INFO : PEN_LOG_ERROR, "worker %llu (%s) %s",
 		(unsigned long long)id, worker->shown.name, texts[custody]);
 }
 

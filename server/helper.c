@@ -2,6 +2,7 @@
 #include "server/helper.h"
 
 #include "core/base/limits.h"
+#include "core/base/log.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -95,7 +96,8 @@ static void socket_readable(uv_poll_t *poll, int status, int events)
 static int spawn(struct pen_helper *helper, uv_loop_t *loop, const char *program,
 	enum pen_sandbox_mode sandbox, int socket_fd)
 {
-	const char *arguments[] = {program, "--sandbox", pen_sandbox_mode_name(sandbox), NULL};
+	const char *arguments[] = {program, "--sandbox", pen_sandbox_mode_name(sandbox),
+		"--log-format", pen_log_format_name(pen_log_format()), NULL};
 	uv_stdio_container_t stdio[PEN_ENCODER_SOCKET + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_IGNORE},

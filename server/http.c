@@ -3,6 +3,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/limits.h"
+#include "core/base/log.h"
 #include "server/api.h"
 #include "server/asset_file.h"
 #include "server/certificate.h"
@@ -14,9 +15,12 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <inttypes.h>
 #include <microhttpd.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -34,6 +38,8 @@ struct pen_http {
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
 	unsigned stalls;     /* turns that libmicrohttpd wanted and did nothing with */
+	uint32_t instance;   /* a random number that is not another coordinator's, likely */
+	uint64_t request_count;
 	uint16_t port;
 };
 
@@ -58,6 +64,24 @@ static struct request *request_of(const struct pen_exchange *exchange)
 	return (struct request *)(uintptr_t)exchange; /* its first member */
 }
 
+/* What a client calls it, if that may stand in a log and a field; else what nobody else is called.
+ */
+static void name_request(struct request *request)
+{
+	static const char allowed[] =
+		"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
+	const char *given =
+		MHD_lookup_connection_value(request->connection, MHD_HEADER_KIND, "X-Request-Id");
+	const size_t length = given ? strlen(given) : 0;
+	struct pen_exchange *exchange = &request->exchange;
+
+	if (length > 0 && length <= PEN_REQUEST_ID_MAX && strspn(given, allowed) == length)
+		memcpy(exchange->id, given, length + 1);
+	else
+		(void)snprintf(exchange->id, sizeof exchange->id, "%08" PRIx32 "-%" PRIu64,
+			request->http->instance, ++request->http->request_count);
+}
+
 static struct request *request_create(struct pen_http *http, struct MHD_Connection *connection,
 	const char *path, enum pen_method method)
 {
@@ -75,6 +99,7 @@ static struct request *request_create(struct pen_http *http, struct MHD_Connecti
 	pen_buf_init(&request->exchange.body, PEN_HTTP_BODY_MAX);
 	request->http = http;
 	request->connection = connection;
+	name_request(request);
 	request->next = http->requests;
 	if (request->next)
 		request->next->previous = request;
@@ -299,8 +324,11 @@ static enum MHD_Result queue_answer(struct request *request)
 	else
 		pen_visitor_takes(visitor);
 	/* Without a response there was no memory for one: the connection ends. */
-	if (!request->response)
+	if (!request->response || MHD_add_response_header(request->response, "X-Request-Id",
+					  request->exchange.id) == MHD_NO)
 		return MHD_NO;
+	pen_log_of(&(struct pen_log_about){.request = request->exchange.id}, PEN_LOG_DEBUG,
+		"request %s: %u", request->exchange.id, request->status);
 	return MHD_queue_response(request->connection, request->status, request->response);
 }
 
@@ -666,6 +694,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 
 	if (!http)
 		return pen_error_memory(err);
+	(void)!getrandom(&http->instance, sizeof http->instance, 0);
 	http->api = (struct pen_api){
 		.loop = loop,
 		.jobs = options->jobs,

@@ -115,7 +115,8 @@ void pen_jobs_replace(struct pen_jobs *jobs, const char *id)
 
 	if (job && !pen_job_is_over(job->state) &&
 		pen_jobs_set_state(jobs, job, PEN_JOB_CANCELLED, NULL, NULL, &err) < 0)
-		pen_log(PEN_LOG_INFO, "render %s: %s", id, err.text);
+		pen_log_of(&(struct pen_log_about){.job = id, .trace = job->trace}, PEN_LOG_INFO,
+			"render %s: %s", id, err.text);
 }
 
 int pen_jobs_submit(struct pen_jobs *jobs, struct pen_submission *submission, pen_job_fn *fn,

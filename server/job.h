@@ -51,14 +51,15 @@ struct pen_job {
 	uint64_t number; /* rises with each job; newest = highest */
 	enum pen_job_state state;
 	struct pen_owner owner;
-	char *name;			 /* from the options, or NULL */
-	bool is_preview;		 /* nothing of it outlives the coordinator */
-	int64_t deadline_ms;		 /* not done by then, it fails; wall time, 0 = none */
-	enum pen_verify verify;		 /* how much of it is rendered twice */
-	bool has_key;			 /* it was asked for with an Idempotency-Key: */
-	struct pen_sha256 key, key_body; /* the digest of that and its owner, and of what came with
-					    it */
-	struct pen_sha256 scene_sha256;	 /* of the canonical text */
+	char *name;			  /* from the options, or NULL */
+	char trace[PEN_TRACEPARENT_TEXT]; /* see server/trace_context.h; "" = none */
+	bool is_preview;		  /* nothing of it outlives the coordinator */
+	int64_t deadline_ms;		  /* not done by then, it fails; wall time, 0 = none */
+	enum pen_verify verify;		  /* how much of it is rendered twice */
+	bool has_key;			  /* it was asked for with an Idempotency-Key: */
+	struct pen_sha256 key, key_body;  /* the digest of that and its owner, and of what came with
+					     it */
+	struct pen_sha256 scene_sha256;	  /* of the canonical text */
 	bool has_world; /* it was accepted by this coordinator, and another view of its scene may
 			   be: */
 	struct pen_sha256 world;       /* the same of all views of the scene, see server/world.h */
@@ -134,7 +135,8 @@ struct pen_submission {
 	char *canonical;	 /* canonical text, heap; ownership passes likewise */
 	size_t canonical_size;
 	struct pen_owner owner;
-	const char *name; /* NULL without one */
+	const char *name;		  /* NULL without one */
+	char trace[PEN_TRACEPARENT_TEXT]; /* "" without one */
 	uint32_t priority;
 	struct pen_sha256 sha256; /* of the canonical text */
 	bool has_world;		  /* see struct pen_job */

@@ -13,13 +13,13 @@
 	"units_total, tiles_done, samples_done, created_ms, started_ms, finished_ms, "             \
 	"restarts, error_code, error_text, image_revision, aovs, mode, threshold, error, "         \
 	"confidence, min_samples, frame_first, frame_count, frames_done, errors, "                 \
-	"warnings, samples_passed, deadline_ms, key, key_body, verify, owner"
+	"warnings, samples_passed, deadline_ms, key, key_body, verify, owner, trace"
 
 const char pen_job_row_put[] =
 	"INSERT OR REPLACE INTO jobs (" COLUMNS ")"
 	" VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, "
 	"?19, ?20, ?21, ?22, ?23, ?24, ?25, ?26, ?27, ?28, ?29, ?30, ?31, ?32, ?33, ?34, "
-	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43, ?44, ?45)";
+	"?35, ?36, ?37, ?38, ?39, ?40, ?41, ?42, ?43, ?44, ?45, ?46)";
 
 const char pen_job_row_load[] = "SELECT " COLUMNS " FROM jobs ORDER BY number";
 
@@ -96,6 +96,8 @@ void pen_job_row_bind(struct sqlite3_stmt *put, const struct pen_job *job)
 	bind_hash(statement, 43, job->has_key, &job->key_body);
 	bind_number(statement, 44, job->verify);
 	pen_row_bind_owner(statement, 45, &job->owner);
+	if (job->trace[0] != '\0')
+		bind_text(statement, 46, job->trace);
 }
 
 void pen_row_text(char *ret_text, size_t size, sqlite3_stmt *row, int column)
@@ -185,6 +187,7 @@ bool pen_job_row_read(struct sqlite3_stmt *row, struct pen_job *ret_job)
 	job.deadline_ms = sqlite3_column_int64(row, 40);
 	job.has_key = read_hash(row, 41, &job.key) && read_hash(row, 42, &job.key_body);
 	job.verify = (enum pen_verify)pen_row_count(row, 43);
+	pen_row_text(job.trace, sizeof job.trace, row, 45);
 	if (strlen(job.id) != PEN_JOB_ID_TEXT - 1 || job.state > PEN_JOB_CANCELLED ||
 		!read_hash(row, 4, &job.scene_sha256) || !pen_rect_valid(crop) ||
 		crop.x1 > PEN_IMAGE_SIDE_MAX || crop.y1 > PEN_IMAGE_SIDE_MAX || tile_px < 16 ||

@@ -299,6 +299,7 @@ static int start_worker(struct pen_server *server, const char *host, struct pen_
 		.processes = server->config->processes,
 		.isa = server->config->isa,
 		.log_level = server->config->log_level,
+		.log_format = server->config->log_format,
 		.sandbox = server->sandbox,
 	};
 

@@ -39,7 +39,7 @@ static int serve(int argc, char **argv)
 	if (config.parent != 0)
 		follow_parent(config.parent);
 	(void)umask(077);
-	pen_log_open("penumbra", config.log_level);
+	pen_log_open("penumbra", config.log_level, config.log_format);
 	if (pen_server_run(&config, &err) < 0) {
 		(void)fprintf(stderr, "penumbra: %s\n", err.text);
 		return PEN_EXIT_FAILED;

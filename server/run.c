@@ -194,7 +194,8 @@ static void show_end(struct pen_jobs *jobs, struct pen_run *run, const struct pe
 	run->job.frames_done = run->passed;
 	run->job.revision++;
 	pen_run_retire(jobs, run);
-	pen_log(PEN_LOG_INFO, "render %s: %s%s%s", run->job.id, pen_job_state_name(change->state),
+	pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+		PEN_LOG_INFO, "render %s: %s%s%s", run->job.id, pen_job_state_name(change->state),
 		change->error.text[0] ? ": " : "", change->error.text);
 	pen_run_index(jobs, run);
 	if (run->job.is_preview)
@@ -257,7 +258,8 @@ static void store_row(struct pen_jobs *jobs, const struct pen_run *run)
 
 	row.frames_done = run->passed;
 	if (pen_store_update_job(jobs->options.store, &row, NULL, NULL, &err) < 0)
-		pen_log(PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
+		pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+			PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
 }
 
 /* Rendering */
@@ -681,7 +683,8 @@ static void restart(struct pen_jobs *jobs, struct pen_run *run, const char *why)
 	struct pen_error err;
 	int r;
 
-	pen_log(PEN_LOG_WARNING, "render %s: %s, it starts again", run->job.id, why);
+	pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+		PEN_LOG_WARNING, "render %s: %s, it starts again", run->job.id, why);
 	forget_pixels(run);
 	run->job.restarts++;
 	run->begun = true;
@@ -753,11 +756,13 @@ static void pause_troubled(struct pen_jobs *jobs, struct pen_run *run)
 {
 	struct pen_error err;
 
-	pen_log(PEN_LOG_ERROR, "render %s is paused: %s", run->job.id, run->trouble.text);
+	pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+		PEN_LOG_ERROR, "render %s is paused: %s", run->job.id, run->trouble.text);
 	pen_dispatch_remove_job(jobs->options.dispatch, run->job.number);
 	pen_run_halt(run);
 	if (pen_run_store_state(jobs, run, PEN_JOB_PAUSED, &run->trouble, NULL, NULL, &err) < 0)
-		pen_log(PEN_LOG_ERROR, "render %s: %s", run->job.id, err.text);
+		pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+			PEN_LOG_ERROR, "render %s: %s", run->job.id, err.text);
 }
 
 void pen_run_tick(struct pen_jobs *jobs, struct pen_run *run)

@@ -72,4 +72,8 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE removed ADD COLUMN owner BLOB;"
 	"PRAGMA user_version = 8;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"ALTER TABLE jobs ADD COLUMN trace TEXT;"
+	"PRAGMA user_version = 9;"
+	"COMMIT;",
 };

@@ -14,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { PAUSE_MS_MIN = 100, PAUSE_MS_MAX = 30000, KILL_MS = 3000, KEY_FD = 3, ARGUMENTS_MAX = 16 };
+enum { PAUSE_MS_MIN = 100, PAUSE_MS_MAX = 30000, KILL_MS = 3000, KEY_FD = 3, ARGUMENTS_MAX = 18 };
 
 struct pen_spawn {
 	uv_process_t process;
@@ -96,11 +96,12 @@ static int open_key(struct pen_spawn *spawn, int *ret_fd, struct pen_error *err)
 static int spawn_process(struct pen_spawn *spawn, int key_fd)
 {
 	char address[64], processes[16], parent[32];
-	const char *level = pen_config_log_level_name(spawn->options.log_level);
 	const char *arguments[ARGUMENTS_MAX] = {"penumbra-worker", "--connect", address,
-		"--processes", processes, "--key-fd", "3", parent, "--log-level", level,
-		"--sandbox", pen_sandbox_mode_name(spawn->options.sandbox)};
-	size_t count = 12;
+		"--processes", processes, "--key-fd", "3", parent, "--log-level",
+		pen_log_level_name(spawn->options.log_level), "--log-format",
+		pen_log_format_name(spawn->options.log_format), "--sandbox",
+		pen_sandbox_mode_name(spawn->options.sandbox)};
+	size_t count = 14;
 	uv_stdio_container_t stdio[KEY_FD + 1] = {
 		{.flags = UV_IGNORE},
 		{.flags = UV_INHERIT_FD, .data.fd = STDERR_FILENO},

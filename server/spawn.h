@@ -23,6 +23,7 @@ struct pen_spawn_options {
 	uint32_t processes;
 	const char *isa; /* "v3"; NULL: its best */
 	enum pen_log_level log_level;
+	enum pen_log_format log_format;
 	enum pen_sandbox_mode sandbox;
 };
 

@@ -61,9 +61,11 @@ static void resume_one(struct pen_jobs *jobs)
 	if (!run || pen_disk_check_path(jobs->options.data_dir, PEN_DISK_ACCEPT,
 			    2 * frame_bytes(&run->job), NULL) < 0)
 		return;
-	pen_log(PEN_LOG_INFO, "render %s goes on: there is room", run->job.id);
+	pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+		PEN_LOG_INFO, "render %s goes on: there is room", run->job.id);
 	if (pen_jobs_set_state(jobs, &run->job, PEN_JOB_RUNNING, NULL, NULL, &err) < 0)
-		pen_log(PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
+		pen_log_of(&(struct pen_log_about){.job = run->job.id, .trace = run->job.trace},
+			PEN_LOG_WARNING, "render %s: %s", run->job.id, err.text);
 }
 
 static bool is_outdated(const struct pen_jobs *jobs, const struct pen_job *job, uint64_t bytes)
@@ -91,7 +93,8 @@ static void remove_outdated(struct pen_jobs *jobs)
 			continue;
 		if (pen_jobs_delete(jobs, job, NULL, NULL, &err) < 0)
 			return;
-		pen_log(PEN_LOG_INFO, "render %s is removed: it is no longer to be kept", job->id);
+		pen_log_of(&(struct pen_log_about){.job = job->id, .trace = job->trace},
+			PEN_LOG_INFO, "render %s is removed: it is no longer to be kept", job->id);
 		removals++;
 	}
 }

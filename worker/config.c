@@ -21,6 +21,7 @@ enum option_id {
 	OPTION_PARENT_DEATH,
 	OPTION_SANDBOX,
 	OPTION_LOG_LEVEL,
+	OPTION_LOG_FORMAT,
 	OPTION_ASSET_CACHE,
 	OPTION_HELP,
 	OPTION_VERSION
@@ -37,6 +38,7 @@ static const struct option options[] = {
 	{"sandbox", required_argument, NULL, OPTION_SANDBOX},
 	{"asset-cache", required_argument, NULL, OPTION_ASSET_CACHE},
 	{"log-level", required_argument, NULL, OPTION_LOG_LEVEL},
+	{"log-format", required_argument, NULL, OPTION_LOG_FORMAT},
 	{"help", no_argument, NULL, OPTION_HELP},
 	{"version", no_argument, NULL, OPTION_VERSION},
 	{0},
@@ -56,6 +58,7 @@ const char *pen_worker_config_usage(void)
 	       "  --asset-cache MIB    memory for assets that later scenes may name (default: an\n"
 	       "                       eighth of the machine's)\n"
 	       "  --log-level LEVEL    error, warning, info (default) or debug\n"
+	       "  --log-format FORMAT  text (default), or json: a line of it an event\n"
 	       "  --key-file FILE      what the coordinator knows this worker by, of penumbra "
 	       "worker add;\n"
 	       "                       the connection is TLS then\n"
@@ -120,18 +123,6 @@ static int parse_address(const char *text, struct pen_worker_config *config, str
 	return 0;
 }
 
-static int parse_log_level(const char *text, enum pen_log_level *ret_level, struct pen_error *err)
-{
-	static const char *const names[] = {"error", "warning", "info", "debug"};
-
-	for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-		if (strcmp(text, names[i]) == 0) {
-			*ret_level = (enum pen_log_level)i;
-			return 0;
-		}
-	return pen_error_set(err, PEN_EINVALID, "--log-level takes error, warning, info or debug");
-}
-
 static int parse_isa(const char *text, enum pen_isa *ret_isa, struct pen_error *err)
 {
 	int r = pen_isa_parse(text, ret_isa, err);
@@ -165,7 +156,8 @@ static int parse_option(
 	case OPTION_SANDBOX:
 		config->has_sandbox = true;
 		return pen_sandbox_mode_parse(value, &config->sandbox, err);
-	case OPTION_LOG_LEVEL: return parse_log_level(value, &config->log_level, err);
+	case OPTION_LOG_LEVEL: return pen_log_level_parse(value, &config->log_level, err);
+	case OPTION_LOG_FORMAT: return pen_log_format_parse(value, &config->log_format, err);
 	case OPTION_PROCESSES:
 		r = parse_number(value, 1, PEN_PROCESSES_MAX, "--processes", &number, err);
 		if (r == 0)

@@ -22,6 +22,7 @@ struct pen_worker_config {
 	bool has_sandbox; /* asked for; else the coordinator's host decides */
 	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;
+	enum pen_log_format log_format;
 	uint64_t asset_bytes; /* of assets that are kept for later scenes */
 	int key_fd;	      /* -1 without */
 	const char *key_file; /* NULL: without */

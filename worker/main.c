@@ -80,7 +80,7 @@ int main(int argc, char **argv)
 			stdout);
 		return PEN_WORKER_DONE;
 	}
-	pen_log_open("penumbra-worker", config.log_level);
+	pen_log_open("penumbra-worker", config.log_level, config.log_format);
 	code = run(&config, &err);
 	if (err.code != PEN_OK)
 		pen_log(PEN_LOG_ERROR, "%s", err.text);

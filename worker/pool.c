@@ -48,6 +48,7 @@ struct pool {
 	uint32_t lease_count;
 	struct lease *running[PEN_PROCESSES_MAX]; /* by slot */
 	float *pixels;				  /* a result on its way from slot to connection */
+	uint64_t worker;			  /* as the coordinator counts them, for logs */
 	bool draining, finishing;
 	int64_t drain_end_ms;
 	int exit_code;
@@ -72,12 +73,28 @@ static void send_failure(
 					});
 }
 
+static void note(const struct pool *pool, const struct lease *lease, enum pen_log_level level,
+	const char *what)
+{
+	const struct pen_msg_lease *msg = &lease->msg;
+	const struct pen_log_about about = {.job = msg->render,
+		.trace = msg->trace,
+		.worker = pool->worker,
+		.has_unit = true,
+		.frame = msg->frame,
+		.tile = msg->tile,
+		.round = msg->round};
+
+	pen_log_of(&about, level, "render %s, frame %u, tile %u, round %u: %s", msg->render,
+		msg->frame, msg->tile, msg->round, what);
+}
+
 /* The lease ends without pixels. */
 static void fail(struct pool *pool, struct lease *lease, enum pen_fault fault, const char *reason)
 {
 	if (!lease->revoked) {
-		pen_log(fault == PEN_FAULT_RETURNED ? PEN_LOG_DEBUG : PEN_LOG_WARNING,
-			"tile %u, round %u: %s", lease->msg.tile, lease->msg.round, reason);
+		note(pool, lease, fault == PEN_FAULT_RETURNED ? PEN_LOG_DEBUG : PEN_LOG_WARNING,
+			reason);
 		send_failure(pool, lease->msg.lease, fault, reason);
 	}
 	remove_lease(pool, lease);
@@ -312,6 +329,7 @@ static void handle_done(void *user, struct pen_host *host, uint32_t slot,
 		replace_process(pool, host, slot);
 		fail(pool, lease, PEN_FAULT_CRASH, "render process gave damaged pixels");
 	} else {
+		note(pool, lease, PEN_LOG_DEBUG, "rendered");
 		if (!lease->revoked)
 			send_result(pool, lease, answer, size);
 		remove_lease(pool, lease);
@@ -421,6 +439,7 @@ static void handle_open(void *user, const struct pen_msg_welcome *welcome)
 {
 	struct pool *pool = user;
 
+	pool->worker = welcome->worker;
 	(void)uv_timer_start(&pool->heartbeat, handle_heartbeat, 0, welcome->heartbeat_ms);
 }
 

@@ -156,8 +156,9 @@ static void handle_welcome(struct pen_session *session, const struct pen_msg *ms
 	session->state = STATE_OPEN;
 	session->was_open = true;
 	session->failures = 0;
-	pen_log(PEN_LOG_INFO, "connected to %s:%s as worker %llu", session->config->host,
-		session->config->port, (unsigned long long)msg->u.welcome.worker);
+	pen_log_of(&(struct pen_log_about){.worker = msg->u.welcome.worker}, PEN_LOG_INFO,
+		"connected to %s:%s as worker %llu", session->config->host, session->config->port,
+		(unsigned long long)msg->u.welcome.worker);
 	session->events->open(session->user, &msg->u.welcome);
 }
 

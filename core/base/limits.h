@@ -138,6 +138,8 @@
 #define PEN_RETRY_S_MAX		 3600u	      /* told to those who come too early */
 #define PEN_RETRY_UNKNOWN_S	 60u	      /* when nobody knows */
 #define PEN_NAME_MAX		 256u
+#define PEN_TRACEPARENT_TEXT	 56 /* of the W3C's version 00, and a NUL */
+#define PEN_REQUEST_ID_MAX	 64u
 #define PEN_LIST_PAGE_MAX	 500u
 #define PEN_HTTP_BODIES_MAX	 (256u << 20) /* of all connections together */
 #define PEN_HTTP_IDLE_S		 15u
