@@ -47,7 +47,7 @@ test_packages=(
     spin                        # searches the model of leases and commits
     mandoc                      # manual pages
     chromium                    # the web page, used in a real browser
-    nodejs                      # drives it; playwright-core comes by npm ci in tests/web
+    nodejs                      # drives it, and the linter of the interface; both come by npm ci
     debootstrap lintian systemd # packages, checked and installed; units, checked
     slurm-wlm munge             # a Slurm of two nodes, to start workers in
     nginx haproxy openssl       # the examples of proxies, with keys

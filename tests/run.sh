@@ -111,6 +111,7 @@ run_all() {
     ctest_suite unit-asan 120 asan 'unit|integration'
     ctest_suite stat 60 release stat
     pytest_suite integration 620 tests/integration
+    pytest_suite openapi 120 tests/openapi
     pytest_suite web 90 tests/web
     pytest_suite stat-images 180 tests/stat
     for isa in v2 v3; do # the best there is was above
