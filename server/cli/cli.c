@@ -28,6 +28,8 @@ static const struct pen_command commands[] = {
 	{"resume", "have a paused render go on", pen_cli_resume},
 	{"priority", "have a render go before others, or after them", pen_cli_priority},
 	{"workers", "show the workers", pen_cli_workers},
+	{"drain", "give a worker no more work", pen_cli_drain},
+	{"reset", "give a worker work again, its strikes forgiven", pen_cli_reset},
 	{"version", "print the version", version_main},
 };
 

@@ -39,6 +39,8 @@ int pen_cli_pause(int argc, char **argv);
 int pen_cli_resume(int argc, char **argv);
 int pen_cli_priority(int argc, char **argv);
 int pen_cli_workers(int argc, char **argv);
+int pen_cli_drain(int argc, char **argv);
+int pen_cli_reset(int argc, char **argv);
 
 /* Prints "penumbra: text" and how to get help on standard error; PEN_EXIT_USAGE. */
 int pen_cli_usage(const char *command, const char *format, ...)

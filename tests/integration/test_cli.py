@@ -11,7 +11,7 @@ import pytest
 from fake_server import FakeServer
 from farm import program, wait_for
 
-COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "priority", "workers")
+COMMANDS = ("render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "priority", "workers", "drain", "reset")
 RUNNING = {"id": "abc", "state": "running", "progress": 0.5, "samples_done": 10, "seconds": 0.1}
 DONE = {**RUNNING, "state": "done", "progress": 1, "seconds": 1.5}
 
@@ -230,6 +230,32 @@ def test_priority_refuses_what_is_none(words):
         run = penumbra("priority", *words, server=server)
     assert run.returncode == 2 and "penumbra priority --help" in run.stderr
     assert server.requests == []
+
+
+@pytest.mark.parametrize("command, state", [("drain", "draining"), ("reset", "ready")])
+def test_a_worker_is_drained_and_reset(command, state):
+    row = {"id": "7", "name": "here", "state": state}
+    with FakeServer({("POST", f"/v1/workers/7/{command}"): (200, row)}) as server:
+        run = penumbra(command, "7", server=server)
+        shown = penumbra(command, "--json", "7", server=server)
+        strange = penumbra(command, "../renders", server=server)
+    assert run.returncode == 0 and run.stdout == f"7: {state}\n"
+    assert json.loads(shown.stdout) == row
+    assert strange.returncode == 1 and "no worker's id" in strange.stderr
+    assert len(server.requests) == 2
+
+
+def test_a_worker_that_is_not_there_cannot_be_drained():
+    with FakeServer({("POST", "/v1/workers/8/drain"): (404, {"detail": "no such worker"})}) as server:
+        run = penumbra("drain", "8", server=server)
+    assert run.returncode == 1 and "no such worker (404)" in run.stderr
+
+
+@pytest.mark.parametrize("answer", [{"id": "7"}, {"id": "7", "state": "\x1b[2J"}])
+def test_a_strange_worker_cannot_drive_the_terminal(answer):
+    with FakeServer({("POST", "/v1/workers/7/drain"): (200, answer)}) as server:
+        run = penumbra("drain", "7", server=server)
+    assert run.returncode == 1 and "no worker" in run.stderr and "\x1b" not in run.stdout + run.stderr
 
 
 def test_watch_follows_until_the_render_is_done():

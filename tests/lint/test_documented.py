@@ -43,8 +43,8 @@ def commands():
 
 OF_DIRECTORIES = ["fsck", "backup", "restore"]
 OF_ACCESS = ["token", "worker", "cert"]
-OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "priority", "workers", "serve",
-               "config", *OF_DIRECTORIES, *OF_ACCESS]
+OF_PENUMBRA = ["render", "submit", "status", "list", "watch", "cancel", "pause", "resume", "priority", "workers", "drain",
+               "reset", "serve", "config", *OF_DIRECTORIES, *OF_ACCESS]
 
 
 def test_all_commands_are_tested_here():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-set -l commands render submit status list watch cancel pause resume priority workers serve fsck backup restore config token worker cert version
+set -l commands render submit status list watch cancel pause resume priority workers drain reset serve fsck backup restore config token worker cert version
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -f -a "$commands"
 complete -c penumbra -n "not __fish_seen_subcommand_from $commands" -l version
 complete -c penumbra -l help
@@ -18,8 +18,8 @@ complete -c penumbra -n "__fish_seen_subcommand_from render submit" -l backgroun
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l processes -x
 complete -c penumbra -n "__fish_seen_subcommand_from render serve" -l isa -x -a "v2 v3 v4"
 complete -c penumbra -n "__fish_seen_subcommand_from render watch" -l quiet
-complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers" -l server -x
-complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume priority workers" -l json -d "print JSON"
+complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers drain reset" -l server -x
+complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume priority workers drain reset" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token worker cert" -l data -r
@@ -33,8 +33,8 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-format -x -a "text json"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l config -r -d "settings"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l parent-death -d "end with the parent"
-complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers" -l token-file -r -d "what the server knows us by"
-complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers" -l ca-file -r -d "certificates to trust"
+complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers drain reset" -l token-file -r -d "what the server knows us by"
+complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers drain reset" -l ca-file -r -d "certificates to trust"
 complete -c penumbra -n "__fish_seen_subcommand_from serve token" -l tokens -r -d "file of tokens"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-cert -r -d "certificate of HTTP"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tls-key -r -d "its key"
