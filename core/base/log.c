@@ -100,8 +100,8 @@ static void put_time(struct line *line)
 	put(line, ".%03ldZ", now.tv_nsec / 1000000);
 }
 
-static void write_line(const struct pen_log_about *about, enum pen_log_level level,
-	const char *format, va_list args)
+static void __attribute__((format(printf, 3, 0))) write_line(const struct pen_log_about *about,
+	enum pen_log_level level, const char *format, va_list args)
 {
 	char text[TEXT_MAX];
 	struct line line;
