@@ -89,8 +89,8 @@ int pen_allowance_check(
 {
 	if (submission->owner.is_known && check_owner(jobs, submission, err) < 0)
 		return PEN_ELIMIT;
-	if (jobs->unfinished_count < PEN_JOBS_QUEUED_MAX)
+	if (jobs->unfinished_count < jobs->options.waiting_max)
 		return 0;
 	submission->retry_s = seconds_until(sum_of(jobs, NULL, submission->replaces).soonest_s);
-	return pen_error_set(err, PEN_ELIMIT, "%u renders wait already", PEN_JOBS_QUEUED_MAX);
+	return pen_error_set(err, PEN_ELIMIT, "%u renders wait already", jobs->options.waiting_max);
 }

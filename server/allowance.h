@@ -6,7 +6,7 @@
 #include "server/job.h"
 
 /*
- * Whether one more render may wait: PEN_JOBS_QUEUED_MAX of all together, and of one token
+ * Whether one more render may wait: waiting_max of all together, and of one token
  * PEN_OWNER_JOBS_MAX with PEN_OWNER_SAMPLES_MAX samples to come; a token that waits for nothing may
  * ask for any one render. What the submission replaces makes room for it.
  *

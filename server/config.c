@@ -28,6 +28,7 @@ const char pen_config_usage[] =
 	"  --keep-assets HOURS        kept scenes, and files that no scene names (24)\n"
 	"  --keep-renders HOURS       renders that are over (0: for ever)\n"
 	"  --keep-frames MIB          what frames may take on the disk (0: any)\n"
+	"  --max-waiting N            renders that may wait at once (1000)\n"
 	"  --tokens FILE              who may use HTTP (DIR/tokens); see penumbra token\n"
 	"  --worker-keys FILE         which workers may come (DIR/worker-keys); see penumbra "
 	"worker\n"
@@ -161,6 +162,7 @@ enum {
 	KEEP_ASSETS,
 	KEEP_RENDERS,
 	KEEP_FRAMES,
+	MAX_WAITING,
 	TOKENS,
 	WORKER_KEYS,
 	TLS_CERT,
@@ -183,6 +185,7 @@ static const struct option options[] = {
 	{"keep-assets", required_argument, NULL, KEEP_ASSETS},
 	{"keep-renders", required_argument, NULL, KEEP_RENDERS},
 	{"keep-frames", required_argument, NULL, KEEP_FRAMES},
+	{"max-waiting", required_argument, NULL, MAX_WAITING},
 	{"tokens", required_argument, NULL, TOKENS},
 	{"worker-keys", required_argument, NULL, WORKER_KEYS},
 	{"tls-cert", required_argument, NULL, TLS_CERT},
@@ -239,6 +242,13 @@ static int parse_option(
 				PEN_KEEP_MIB_MAX);
 		config->keep_bytes = (uint64_t)number << 20;
 		return 0;
+	case MAX_WAITING:
+		if (parse_number(value, PEN_JOBS_QUEUED_CEILING, &config->waiting_max) < 0 ||
+			config->waiting_max == 0)
+			return pen_error_set(err, PEN_EINVALID,
+				"--max-waiting takes a number from 1 to %u",
+				PEN_JOBS_QUEUED_CEILING);
+		return 0;
 	case TOKENS: return parse_path("tokens", value, config->tokens, err);
 	case WORKER_KEYS: return parse_path("worker-keys", value, config->worker_keys, err);
 	case TLS_CERT: return parse_path("tls-cert", value, config->tls_cert, err);
@@ -265,6 +275,7 @@ static void set_defaults(struct pen_config *ret_config)
 	*ret_config = (struct pen_config){
 		.processes = cores < PEN_PROCESSES_MAX ? cores : PEN_PROCESSES_MAX,
 		.keep_assets_s = 24 * 3600,
+		.waiting_max = PEN_JOBS_QUEUED_MAX,
 		.log_level = PEN_LOG_INFO,
 	};
 	(void)parse_host("127.0.0.1", 8080, &ret_config->listen);

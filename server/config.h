@@ -25,6 +25,7 @@ struct pen_config {
 	uint32_t keep_assets_s;			    /* that no render names */
 	uint32_t keep_renders_s;		    /* that are over; 0: for ever */
 	uint64_t keep_bytes;			    /* of frames; 0: without bound */
+	uint32_t waiting_max;			    /* renders that are not over */
 	bool has_sandbox;			    /* else server/confine.h chooses */
 	enum pen_sandbox_mode sandbox;
 	enum pen_log_level log_level;

@@ -224,6 +224,7 @@ struct pen_jobs_options {
 	uint32_t tile_px;	 /* of every new job; 0: pen_plan_tile_px */
 	uint32_t keep_renders_s; /* those that are over; 0: for ever */
 	uint64_t keep_bytes;	 /* of the frames of all renders; 0: without bound */
+	uint32_t waiting_max;	 /* renders that are not over */
 	/* The store is broken: nothing can be promised any more. */
 	void (*broken)(void *user, const struct pen_error *err);
 	void *user;

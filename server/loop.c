@@ -177,6 +177,7 @@ static int start_jobs(struct pen_server *server, struct pen_error *err)
 		.tile_px = config->tile_px,
 		.keep_renders_s = config->keep_renders_s,
 		.keep_bytes = config->keep_bytes,
+		.waiting_max = config->waiting_max,
 		.broken = handle_broken,
 		.user = server,
 	};

@@ -130,7 +130,8 @@
 #define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))
 #define PEN_HTTP_CONNECTIONS_MAX 4096u
 #define PEN_HTTP_MEMORY		 (32u << 10) /* of one connection: request line and headers */
-#define PEN_JOBS_QUEUED_MAX	 1000u
+#define PEN_JOBS_QUEUED_MAX	 1000u	 /* unless the operator says otherwise, */
+#define PEN_JOBS_QUEUED_CEILING	 100000u /* up to this */
 #define PEN_OWNER_JOBS_MAX	 100u	      /* of one token, that wait or are rendered */
 #define PEN_OWNER_SAMPLES_MAX	 (1ull << 42) /* that they need yet */
 #define PEN_SUBMIT_BURST	 20u	      /* renders that a token may ask for at once, then */

@@ -105,6 +105,14 @@ def test_how_many_may_wait_at_all():
         assert ask(nobody).status == 429
 
 
+def test_how_many_may_wait_is_the_operators_choice():
+    """At 4, 5 and 6 of 5. Broken by an option that is read and not heeded."""
+    with farm.Farm(0, "--max-waiting", 5) as service:
+        nobody = Client(service, None)
+        assert [ask(nobody).status for _ in range(6)] == [202] * 5 + [429]
+        assert b"5 renders wait" in ask(nobody).body
+
+
 def test_when_to_come_again_is_told_from_the_pace(tmp_path):
     """Broken by a fixed number: the one render that runs says when it will be over."""
     data = tmp_path / "data"

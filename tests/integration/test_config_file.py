@@ -27,7 +27,7 @@ def check(tmp_path, text):
 @pytest.mark.parametrize("text", [
     "", "\n\n", "# all of it a comment", "processes=2", "  processes\t=  2  \r\n", "tile = 32 # pixels\n",
     "data = /srv/a b#c\n", "listen = [::1]:0\nworker-listen = localhost:0\nprocesses = 0\nisa = v3\n"
-    "tile = 16\nkeep-assets = 87600\nlog-level = debug\n",
+    "tile = 16\nkeep-assets = 87600\nmax-waiting = 100000\nlog-level = debug\n",
 ])
 def test_what_is_right_is_accepted(tmp_path, text):
     """Breaks when blanks, comments, the last line without its end or a setting are not understood."""
@@ -46,6 +46,8 @@ def test_what_is_right_is_accepted(tmp_path, text):
     ("tile = 24\n", "1: tile takes a multiple of 16 from 16 to 256"),
     ("tile =\n", "1: tile takes a multiple of 16 from 16 to 256"),
     ("processes = 257\n", "1: processes takes a number from 0 to 256"),
+    ("max-waiting = 0\n", "1: max-waiting takes a number from 1 to 100000"),
+    ("max-waiting = 100001\n", "1: max-waiting takes a number from 1 to 100000"),
     ("log-level = loud\n", "1: log-level takes error, warning, info or debug"),
     ("listen = 127.0.0.1\n", "1: listen takes ADDRESS:PORT"),
     ("data =\n", "1: data takes a directory"),

@@ -28,6 +28,7 @@ complete -c penumbra -n "__fish_seen_subcommand_from serve" -l tile -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-assets -x -d "hours"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-renders -x -d "hours"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l keep-frames -x -d "MiB"
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l max-waiting -x -d "renders"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l sandbox -x -a "require best-effort off"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-level -x -a "error warning info debug"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l log-format -x -a "text json"
