@@ -133,6 +133,7 @@ def measure():
     with start() as service:
         soak = Soak(service)
         soak.one(0, service) # encoders and zygotes are there
+        farm.wait_for((service.data / "ballast").exists, 60, "the reserve on the disk")
         before = descriptors(service.server.pid), disk(service.data)[0]
         seconds = soak.run(JOBS, SECONDS)
         after = settled(service, before)
