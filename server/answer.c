@@ -26,7 +26,18 @@ void pen_answer_finish(struct pen_answer *answer)
 	answer->fd = -1;
 }
 
-void pen_answer_field(struct pen_answer *answer, const char *name, const char *format, ...)
+void pen_answer_field(struct pen_answer *answer, const char *name, const char *value)
+{
+	struct pen_answer_field *field = &answer->fields[answer->field_count];
+	const size_t size = strlen(value) + 1;
+
+	assert(answer->field_count < PEN_ANSWER_FIELDS_MAX && size <= sizeof field->value);
+	memcpy(field->value, value, size);
+	field->name = name;
+	answer->field_count++;
+}
+
+void pen_answer_field_of(struct pen_answer *answer, const char *name, const char *format, ...)
 {
 	struct pen_answer_field *field = &answer->fields[answer->field_count];
 	va_list args;
@@ -39,6 +50,20 @@ void pen_answer_field(struct pen_answer *answer, const char *name, const char *f
 	assert(n >= 0 && (size_t)n < sizeof field->value);
 	field->name = name;
 	answer->field_count++;
+}
+
+void pen_answer_text(struct pen_answer *answer, unsigned status, const char *content_type,
+	const char *text, size_t size)
+{
+	pen_answer_init(answer, status);
+	answer->text = malloc(size);
+	if (!answer->text) {
+		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
+		return;
+	}
+	memcpy(answer->text, text, size);
+	answer->content_type = content_type;
+	answer->size = size;
 }
 
 static void body_of(struct pen_answer *answer, const char *content_type, json_t *tree)

@@ -35,9 +35,14 @@ void pen_answer_init(struct pen_answer *answer, unsigned status);
 /* Frees what is left of the body; pen_exchange_answer does it for the answers that it takes. */
 void pen_answer_finish(struct pen_answer *answer);
 
-/* Adds a field; a value that is too long is an error of the program. */
-void pen_answer_field(struct pen_answer *answer, const char *name, const char *format, ...)
+/* Adds a field, whose value is copied; one that is too long is an error of the program. */
+void pen_answer_field(struct pen_answer *answer, const char *name, const char *value);
+void pen_answer_field_of(struct pen_answer *answer, const char *name, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
+
+/* A copy of a text as the body; content_type is static. Without memory the answer becomes a 500. */
+void pen_answer_text(struct pen_answer *answer, unsigned status, const char *content_type,
+	const char *text, size_t size);
 
 /* tree as the body, whose reference passes; without memory the answer becomes a 500. */
 void pen_answer_json(struct pen_answer *answer, unsigned status, json_t *tree);

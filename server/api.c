@@ -82,31 +82,37 @@ enum { ADMISSIONS = sizeof admissions / sizeof admissions[0] };
  */
 static bool capture(char letter, const char **path, struct pen_api_parameters *found)
 {
-	const struct {
+#define PLACE(letter, member)                                                                      \
+	{                                                                                          \
+		letter, offsetof(struct pen_api_parameters, member), sizeof found->member          \
+	}
+	static const struct {
 		char letter;
-		char *text;
-		size_t size;
+		size_t offset, size;
 	} places[] = {
-		{'i', found->id, sizeof found->id},
-		{'h', found->hash, sizeof found->hash},
-		{'n', found->frame, sizeof found->frame},
-		{'e', found->extension, sizeof found->extension},
-		{'p', found->page, sizeof found->page},
-		{'r', found->region, sizeof found->region},
-		{'s', found->size, sizeof found->size},
-		{'t', found->turn, sizeof found->turn},
-		{'q', found->quality, sizeof found->quality},
+		PLACE('i', id),
+		PLACE('h', hash),
+		PLACE('n', frame),
+		PLACE('e', extension),
+		PLACE('p', page),
+		PLACE('r', region),
+		PLACE('s', size),
+		PLACE('t', turn),
+		PLACE('q', quality),
 	};
+#undef PLACE
 	/* Of these some have a point in them, and a page may be in a folder. */
 	const char *ends = letter == 'p' ? "" : strchr("rst", letter) ? "/" : "/.";
 	size_t length = strcspn(*path, ends), i = 0;
+	char *place;
 
 	while (places[i].letter != letter)
 		i++;
 	if (length == 0 || length >= places[i].size)
 		return false;
-	memcpy(places[i].text, *path, length);
-	places[i].text[length] = '\0';
+	place = (char *)found + places[i].offset;
+	memcpy(place, *path, length);
+	place[length] = '\0';
 	*path += length;
 	return true;
 }
@@ -158,7 +164,7 @@ static void answer_methods(struct pen_exchange *exchange)
 		pen_answer_init(&answer, 204);
 	else
 		pen_answer_problem(&answer, 405, "this resource has no such method: see Allow");
-	pen_answer_field(&answer, "Allow", "%s, OPTIONS", allow);
+	pen_answer_field_of(&answer, "Allow", "%s, OPTIONS", allow);
 	pen_exchange_answer(exchange, &answer);
 }
 

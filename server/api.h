@@ -7,6 +7,7 @@
 #include "server/farm.h"
 #include "server/job.h"
 #include "server/rate.h"
+#include "server/recent.h"
 
 #include <stdbool.h>
 #include <uv.h>
@@ -24,11 +25,12 @@ struct pen_api {
 	struct pen_shelf *shelf;
 	struct pen_guard *guard; /* NULL: everybody may do all */
 	struct pen_rates rates;	 /* of what is asked to be rendered */
-	unsigned streams;	 /* of events, that have clients */
-	const char *assets_dir;	 /* see server/asset_file.h */
-	const char *scenes_dir;	 /* see server/scene_file.h */
-	bool draining;		 /* no new renders */
-	uint64_t boot;		 /* differs from start to start: revisions begin anew with each */
+	struct pen_recent recent;
+	unsigned streams;	/* of events, that have clients */
+	const char *assets_dir; /* see server/asset_file.h */
+	const char *scenes_dir; /* see server/scene_file.h */
+	bool draining;		/* no new renders */
+	uint64_t boot;		/* differs from start to start: revisions begin anew with each */
 };
 
 /* What a path held in place of {…}. */

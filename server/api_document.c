@@ -20,17 +20,9 @@ static void answer_document(struct pen_exchange *exchange, struct pen_document d
 	if (pen_field_etag_matches(pen_exchange_field(exchange, "If-None-Match"), etag)) {
 		pen_answer_init(&answer, 304);
 	} else {
-		pen_answer_init(&answer, 200);
-		answer.content_type = "application/json";
-		answer.text = malloc(document.size);
-		if (!answer.text) {
-			pen_exchange_problem(exchange, 500, "there is no memory for the document");
-			return;
-		}
-		memcpy(answer.text, document.text, document.size);
-		answer.size = document.size;
+		pen_answer_text(&answer, 200, "application/json", document.text, document.size);
 	}
-	pen_answer_field(&answer, "ETag", "%s", etag);
+	pen_answer_field(&answer, "ETag", etag);
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
 	pen_exchange_answer(exchange, &answer);
 }

@@ -21,7 +21,7 @@ void pen_api_iiif_base(struct pen_exchange *exchange, const struct pen_api_param
 	if (!job)
 		return;
 	pen_answer_init(&answer, 303);
-	pen_answer_field(&answer, "Location", "/v1/renders/%s/iiif/info.json", job->id);
+	pen_answer_field_of(&answer, "Location", "/v1/renders/%s/iiif/info.json", job->id);
 	pen_answer_field(&answer, "Access-Control-Allow-Origin", "*");
 	pen_exchange_answer(exchange, &answer);
 }

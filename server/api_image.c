@@ -26,11 +26,11 @@ struct delivery {
 /* The fields that 200, 206 and 304 share. */
 static void add_fields(struct pen_answer *answer, const struct delivery *delivery)
 {
-	pen_answer_field(answer, "ETag", "%s", delivery->etag);
-	pen_answer_field(answer, "Cache-Control", "%s",
+	pen_answer_field(answer, "ETag", delivery->etag);
+	pen_answer_field(answer, "Cache-Control",
 		delivery->final ? "max-age=31536000, immutable" : "no-cache");
 	/* Rounded down, so that 1.00 is the end and not nearly. */
-	pen_answer_field(
+	pen_answer_field_of(
 		answer, "Penumbra-Progress", "%.2f", floor(delivery->progress * 100.0) / 100.0);
 	if (delivery->manner.is_negotiated)
 		pen_answer_field(answer, "Vary", "Accept");
@@ -54,13 +54,13 @@ static void apply_range(struct pen_answer *answer, const struct delivery *delive
 		answer->status = 206;
 		answer->offset = first;
 		answer->size = count;
-		pen_answer_field(answer, "Content-Range", "bytes %" PRIu64 "-%" PRIu64 "/%" PRIu64,
-			first, first + count - 1, whole);
+		pen_answer_field_of(answer, "Content-Range",
+			"bytes %" PRIu64 "-%" PRIu64 "/%" PRIu64, first, first + count - 1, whole);
 		return;
 	case PEN_RANGE_UNSATISFIABLE:
 		pen_answer_finish(answer);
 		pen_answer_problem(answer, 416, "the image ends before that range");
-		pen_answer_field(answer, "Content-Range", "bytes */%" PRIu64, whole);
+		pen_answer_field_of(answer, "Content-Range", "bytes */%" PRIu64, whole);
 		return;
 	}
 }
@@ -262,11 +262,12 @@ static void name_image(const struct pen_api *api, const struct pen_encoding *enc
 	char ret_etag[static PEN_ANSWER_VALUE])
 {
 	const struct pen_rect region = encoding->region;
-	int n = snprintf(ret_etag, PEN_ANSWER_VALUE, "\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s%a",
+	int n = snprintf(ret_etag, PEN_ANSWER_VALUE, "\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s",
 		encoding->final ? 0 : api->boot, encoding->frame, encoding->revision,
-		pen_layer_name(encoding->layer), pen_image_format_extension(encoding->format),
-		encoding->exposure);
+		pen_layer_name(encoding->layer), pen_image_format_extension(encoding->format));
 
+	if (encoding->exposure != 0.0)
+		n += snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "%a", encoding->exposure);
 	if (encoding->out_width != 0)
 		n += snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "-%u.%u.%u.%u-%u.%u",
 			region.x0, region.y0, region.x1, region.y1, encoding->out_width,

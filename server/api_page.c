@@ -20,9 +20,9 @@
 
 static void add_fields(struct pen_answer *answer, const char *etag)
 {
-	pen_answer_field(answer, "ETag", "%s", etag);
+	pen_answer_field(answer, "ETag", etag);
 	pen_answer_field(answer, "Cache-Control", "no-cache");
-	pen_answer_field(answer, "Content-Security-Policy", "%s", POLICY);
+	pen_answer_field(answer, "Content-Security-Policy", POLICY);
 	pen_answer_field(answer, "Cross-Origin-Opener-Policy", "same-origin");
 }
 

@@ -130,6 +130,21 @@ static void format_etag(const struct pen_exchange *exchange, const struct pen_jo
 		job->revision);
 }
 
+static void answer_resource(
+	struct pen_answer *answer, struct pen_recent *recent, const struct pen_job *job)
+{
+	const int64_t now_ms = pen_clock_ms();
+	const struct pen_recent_text *found = pen_recent_find(recent, job, now_ms);
+
+	if (found) {
+		pen_answer_text(answer, 200, "application/json", found->text, found->size);
+		return;
+	}
+	pen_answer_json(answer, 200, pen_api_render_json(job));
+	if (answer->status == 200)
+		pen_recent_put(recent, job, now_ms, answer->text, (size_t)answer->size);
+}
+
 /* 200 with the resource, or 304 without it. */
 static void answer_render(struct pen_exchange *exchange, const struct pen_job *job)
 {
@@ -140,8 +155,8 @@ static void answer_render(struct pen_exchange *exchange, const struct pen_job *j
 	if (client_has(exchange, etag))
 		pen_answer_init(&answer, 304);
 	else
-		pen_answer_json(&answer, 200, pen_api_render_json(job));
-	pen_answer_field(&answer, "ETag", "%s", etag);
+		answer_resource(&answer, &exchange->api->recent, job);
+	pen_answer_field(&answer, "ETag", etag);
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
 	if (!pen_job_is_over(job->state))
 		pen_answer_field(&answer, "Retry-After", "1");

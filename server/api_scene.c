@@ -113,7 +113,7 @@ void pen_api_scene_get(struct pen_exchange *exchange, const struct pen_api_param
 	answer.size = size;
 	/* The name is the content's; but it may be swept, and HEAD is how to find out. */
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
-	pen_answer_field(&answer, "ETag", "\"%s\"", parameters->hash);
+	pen_answer_field_of(&answer, "ETag", "\"%s\"", parameters->hash);
 	pen_exchange_answer(exchange, &answer);
 }
 
@@ -140,6 +140,6 @@ void pen_api_render_scene(
 	answer.fd = fd;
 	answer.size = size;
 	pen_answer_field(&answer, "Cache-Control", "no-cache");
-	pen_answer_field(&answer, "ETag", "\"%s\"", hash);
+	pen_answer_field_of(&answer, "ETag", "\"%s\"", hash);
 	pen_exchange_answer(exchange, &answer);
 }

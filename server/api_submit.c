@@ -41,7 +41,7 @@ static void answer_accepted(struct pen_exchange *exchange, const struct pen_job 
 	struct pen_answer answer;
 
 	pen_answer_json(&answer, is_over ? 200 : 202, pen_api_render_json(job));
-	pen_answer_field(&answer, "Location", "/v1/renders/%s", job->id);
+	pen_answer_field_of(&answer, "Location", "/v1/renders/%s", job->id);
 	if (!is_over)
 		pen_answer_field(&answer, "Retry-After", "1");
 	pen_api_add_preference(&answer, exchange);
@@ -184,7 +184,7 @@ static void refuse_for_now(struct pen_exchange *exchange, const char *detail, ui
 	struct pen_answer answer;
 
 	pen_answer_problem(&answer, 429, detail);
-	pen_answer_field(&answer, "Retry-After", "%u", retry_s);
+	pen_answer_field_of(&answer, "Retry-After", "%u", retry_s);
 	pen_exchange_answer(exchange, &answer);
 }
 

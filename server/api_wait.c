@@ -74,5 +74,5 @@ void pen_api_add_preference(struct pen_answer *answer, const struct pen_exchange
 	const uint32_t seconds = seconds_of(exchange);
 
 	if (seconds > 0)
-		pen_answer_field(answer, "Preference-Applied", "wait=%u", seconds);
+		pen_answer_field_of(answer, "Preference-Applied", "wait=%u", seconds);
 }

@@ -84,11 +84,10 @@ void pen_gate_refuse(struct pen_exchange *exchange)
 		&answer, refusals[exchange->gate].status, refusals[exchange->gate].detail);
 	pen_scopes_format(exchange->needs, scopes);
 	if (exchange->gate == PEN_GATE_NO_SCOPE)
-		pen_answer_field(&answer, "WWW-Authenticate",
+		pen_answer_field_of(&answer, "WWW-Authenticate",
 			"Bearer realm=\"penumbra\", error=\"insufficient_scope\", scope=\"%s\"",
 			scopes);
 	else if (refusals[exchange->gate].challenge)
-		pen_answer_field(
-			&answer, "WWW-Authenticate", "%s", refusals[exchange->gate].challenge);
+		pen_answer_field(&answer, "WWW-Authenticate", refusals[exchange->gate].challenge);
 	pen_exchange_answer(exchange, &answer);
 }

@@ -111,6 +111,8 @@
 #define PEN_CONFIG_LINE_MAX    4095	    /* bytes of a line of a configuration file */
 #define PEN_CONFIG_LINES_MAX   10000u	    /* of a configuration file */
 #define PEN_KEEP_MIB_MAX       (1u << 30)   /* a pebibyte */
+#define PEN_RECENT_TEXTS_MAX   64u	    /* resources of renders, as they were answered last */
+#define PEN_RECENT_BYTES_MAX   (16u << 10) /* of one of them */
 #define PEN_SHELF_TREES_MAX    8u	    /* kept scenes whose trees are at hand */
 #define PEN_PREVIEWS_KEPT_MAX  64u	    /* that are over */
 #define PEN_DEADLINE_S_MAX     31536000u    /* a year */
