@@ -16,6 +16,7 @@
 #include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <malloc.h>
 #include <microhttpd.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,7 +25,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { BACKLOG = 511, RUNS_AT_ONCE = 8, STALLS = 16, STALLED_MS = 20 };
+enum { BACKLOG = 511, RUNS_AT_ONCE = 8, STALLS = 16, STALLED_MS = 20, CROWD = 64 };
 
 struct pen_http {
 	struct pen_api api;
@@ -38,6 +39,7 @@ struct pen_http {
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
 	unsigned stalls;     /* turns that libmicrohttpd wanted and did nothing with */
+	unsigned crowd;	     /* the most connections since memory was given back */
 	uint32_t instance;   /* a random number that is not another coordinator's, likely */
 	uint64_t request_count;
 	uint16_t port;
@@ -151,7 +153,10 @@ static bool answer_has(const struct pen_answer *answer, const char *name)
 	return false;
 }
 
-/* False without memory: an answer without one of them might mean something else. */
+/*
+ * False without memory: an answer without one of them might mean something else. What stands in all
+ * others is not repeated with a 304, which leaves what the client has of them as it is.
+ */
 static bool add_fields(struct MHD_Response *response, const struct pen_answer *answer)
 {
 	static const char *const always[][2] = {
@@ -163,7 +168,7 @@ static bool add_fields(struct MHD_Response *response, const struct pen_answer *a
 
 	bool good = true;
 
-	for (size_t i = 0; i < sizeof always / sizeof always[0]; i++)
+	for (size_t i = 0; answer->status != 304 && i < sizeof always / sizeof always[0]; i++)
 		if (!answer_has(answer, always[i][0]))
 			good = MHD_add_response_header(response, always[i][0], always[i][1]) ==
 				       MHD_YES &&
@@ -554,6 +559,19 @@ static uint64_t pause_ms(struct pen_http *http, uint64_t timeout_ms)
 	return http->stalls++ < STALLS ? 1 : STALLED_MS;
 }
 
+/* What a crowd has used stays with the process, in pieces, unless it is given back once it left. */
+static void give_back_memory(struct pen_http *http)
+{
+	const unsigned count = connection_count(http);
+
+	if (count > http->crowd)
+		http->crowd = count;
+	if (http->crowd < CROWD || count > http->crowd / 4)
+		return;
+	http->crowd = count;
+	(void)malloc_trim(0);
+}
+
 /*
  * Out of descriptors, libmicrohttpd stops listening; once connections have gone it listens again,
  * but only when it runs once more, for which nothing else may give a reason.
@@ -570,6 +588,7 @@ static void run_daemon(struct pen_http *http)
 		has_timeout = MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES;
 	} while (connection_count(http) < before ||
 		 (has_timeout && timeout_ms == 0 && ++runs < RUNS_AT_ONCE));
+	give_back_memory(http);
 	if (has_timeout)
 		(void)uv_timer_start(&http->timer, timer_due, pause_ms(http, timeout_ms), 0);
 	else
@@ -767,6 +786,7 @@ void pen_http_destroy(struct pen_http *http)
 	pen_drains_finish(&http->drains);
 	let_go_of_requests(http);
 	pen_watches_destroy(http->api.watches);
+	pen_recent_finish(&http->api.recent);
 	if (http->handles > 1)
 		uv_close((uv_handle_t *)&http->poll, handle_closed);
 	if (http->daemon)
