@@ -104,7 +104,7 @@ run_all() {
     build clang # the second compiler's warnings
     build fuzz fuzz_fields fuzz_gltf fuzz_http fuzz_picture fuzz_recovery fuzz_scene fuzz_sched fuzz_tile \
         fuzz_wire
-    build tsan penumbra penumbra-worker penumbra-encoder
+    build tsan penumbra penumbra-worker penumbra-encoder http-server
     pytest_suite lint 60 tests/lint
     suite check 60 deploy/check.sh quick
     ctest_suite unit 60 release 'unit|integration'

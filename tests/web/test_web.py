@@ -6,13 +6,13 @@ import concurrent.futures
 import copy
 import json
 import statistics
-import subprocess
 
 import browser as chromium
 import farm
 import glb
 import pytest
 import scene
+from bearer import Client, token
 
 SCENE = scene.build(
     160, 90, 8, [scene.sphere(), scene.sphere([0, -101, 0], 100.0)],
@@ -115,17 +115,16 @@ def test_a_restart_while_the_page_is_open(browser, service):
         service.arguments = ordinary
 
 
-def test_a_service_that_asks_for_a_token(browser):
+def test_a_service_that_asks_for_a_token(browser, tmp_path):
     """Breaks if the page is shut out, asks without end, shows no pictures, tiles or files, or puts the
     token where others see it."""
-    with farm.Farm(processes=2) as service:
-        done = service.submit(SCENE)
-        service.wait(done)
-        running = service.submit({"scene": SCENE, "override": LONG})
-        made = subprocess.run([farm.program("penumbra"), "token", "add", "page", "--data", service.data],
-                              check=True, capture_output=True, text=True, timeout=10)
-        farm.wait_for(lambda: service.request("GET", "/v1/farm").status == 401, 5, "a closed door")
-        browser.play("token", service, token=made.stdout.strip(), render=done, live=running)
+    data = tmp_path / "data"
+    secret = token(data, "page")
+    with farm.Farm(processes=2, data=data) as service:
+        owner = Client(service, secret)
+        done = owner.done(owner.post(SCENE))
+        running = owner.post({"scene": SCENE, "override": LONG})
+        browser.play("token", service, token=secret, render=done, live=running)
 
 
 def test_access_by_keys_and_ears(browser, service, render):
