@@ -42,7 +42,7 @@ LIBRARIES = {
 SYSTEM = re.compile(
     r"(assert|complex|ctype|errno|fenv|float|inttypes|limits|locale|math|setjmp|signal|stdalign"
     r"|stdarg|stdatomic|stdbool|stddef|stdint|stdio|stdlib|stdnoreturn|string|tgmath|threads|time"
-    r"|uchar|wchar|dirent|endian|fcntl|ftw|getopt|grp|langinfo|libgen|netdb|poll|pthread|pwd|sched|search"
+    r"|uchar|wchar|dirent|endian|fcntl|ftw|getopt|grp|langinfo|libgen|malloc|netdb|poll|pthread|pwd|sched|search"
     r"|spawn|strings|syscall|sysexits|termios|ucontext|unistd)\.h"
     r"|(sys|netinet|arpa|net|linux|asm)/.*\.h|.*intrin\.h|cpuid\.h|[a-z_]+")
 
