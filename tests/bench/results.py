@@ -49,8 +49,8 @@ PARTS = [
      "tests/bench/scaling.py --runs 1 --most 1000 --to build/scaling", 8),
     ("packets", "Millions of rays a second by single calls of Embree and by packets",
      "build/release/tests/packets", "build/release/tests/packets", 3),
-    ("load", "A coordinator under polls and posts", "tests/bench/load.sh",
-     "tests/bench/load.sh --seconds 2 --pollers 20", 3),
+    ("load", "A coordinator beside nginx, in a crowd, and with many new renders",
+     "tests/bench/load.sh", "tests/bench/load.sh --seconds 2 --rounds 1", 5),
 ]
 # The order in which they are run: the longest last, so that the others are there without it.
 LAST = ("scaling", "equal-samples", "equal-error")
