@@ -22,8 +22,10 @@ void pen_answer_finish(struct pen_answer *answer)
 	free(answer->text);
 	if (answer->fd >= 0)
 		(void)close(answer->fd);
+	pen_shared_bytes_release(answer->bytes);
 	answer->text = NULL;
 	answer->fd = -1;
+	answer->bytes = NULL;
 }
 
 void pen_answer_field(struct pen_answer *answer, const char *name, const char *value)

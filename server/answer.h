@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/parse.h"
+#include "server/shared_bytes.h"
 
 #include <jansson.h>
 #include <stddef.h>
@@ -20,11 +21,12 @@ struct pen_answer_field {
 
 struct pen_answer {
 	unsigned status;
-	const char *content_type; /* static; NULL without a body */
-	char *text;		  /* heap, or NULL */
-	int fd;			  /* a file, or -1; not with text */
-	uint64_t offset;	  /* in the file */
-	uint64_t size;		  /* of the body */
+	const char *content_type;	/* static; NULL without a body */
+	char *text;			/* heap, or NULL */
+	int fd;				/* a file, or -1; not with text */
+	struct pen_shared_bytes *bytes; /* held, or NULL; not with those */
+	uint64_t offset;		/* in the file or bytes */
+	uint64_t size;			/* of the body */
 	struct pen_answer_field fields[PEN_ANSWER_FIELDS_MAX];
 	size_t field_count;
 };

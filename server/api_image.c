@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/api_image.h"
 
+#include "core/base/text.h"
 #include "server/api_render.h"
 #include "server/fields.h"
 
@@ -29,13 +30,20 @@ static void add_fields(struct pen_answer *answer, const struct delivery *deliver
 	pen_answer_field(answer, "ETag", delivery->etag);
 	pen_answer_field(answer, "Cache-Control",
 		delivery->final ? "max-age=31536000, immutable" : "no-cache");
-	/* Rounded down, so that 1.00 is the end and not nearly. */
-	pen_answer_field_of(
-		answer, "Penumbra-Progress", "%.2f", floor(delivery->progress * 100.0) / 100.0);
 	if (delivery->manner.is_negotiated)
 		pen_answer_field(answer, "Vary", "Accept");
 	if (delivery->manner.is_shared)
 		pen_answer_field(answer, "Access-Control-Allow-Origin", "*");
+}
+
+/* Rounded down, so that 1.00 is the end and not nearly. */
+static void add_progress(struct pen_answer *answer, double progress)
+{
+	if (progress < 1.0)
+		pen_answer_field_of(
+			answer, "Penumbra-Progress", "%.2f", floor(progress * 100.0) / 100.0);
+	else
+		pen_answer_field(answer, "Penumbra-Progress", "1.00");
 }
 
 /* Cuts the answer down to the range that the client asked for, if it did. */
@@ -65,15 +73,19 @@ static void apply_range(struct pen_answer *answer, const struct delivery *delive
 	}
 }
 
-static void deliver(const struct delivery *delivery, int fd, uint64_t size)
+/* With the image in a file, or in memory. */
+static void deliver(
+	const struct delivery *delivery, int fd, struct pen_shared_bytes *bytes, uint64_t size)
 {
 	struct pen_answer answer;
 
 	pen_answer_init(&answer, 200);
 	answer.content_type = pen_image_format_media_type(delivery->format);
 	answer.fd = fd;
+	answer.bytes = bytes;
 	answer.size = size;
 	add_fields(&answer, delivery);
+	add_progress(&answer, delivery->progress);
 	apply_range(&answer, delivery);
 	pen_exchange_answer(delivery->exchange, &answer);
 }
@@ -83,7 +95,7 @@ static void encoded(void *user, int fd, uint64_t size, const struct pen_error *e
 	struct delivery *delivery = user;
 
 	if (fd >= 0)
-		deliver(delivery, fd, size);
+		deliver(delivery, fd, NULL, size);
 	else
 		pen_exchange_error(delivery->exchange, err);
 	free(delivery);
@@ -220,6 +232,7 @@ static void answer_image(
 	struct delivery *delivery, const struct pen_encoding *encoding, const struct pen_job *job)
 {
 	struct pen_exchange *exchange = delivery->exchange;
+	struct pen_shared_bytes *bytes;
 	struct pen_answer answer;
 	uint64_t size;
 	int fd;
@@ -230,9 +243,14 @@ static void answer_image(
 		pen_exchange_answer(exchange, &answer);
 		return;
 	}
+	bytes = pen_encoders_hold(exchange->api->encoders, encoding);
+	if (bytes) {
+		deliver(delivery, -1, bytes, bytes->size);
+		return;
+	}
 	fd = pen_encoders_cached(exchange->api->encoders, encoding, &size);
 	if (fd >= 0)
-		deliver(delivery, fd, size);
+		deliver(delivery, fd, NULL, size);
 	else
 		request_encoding(delivery, encoding, job);
 }
@@ -262,17 +280,24 @@ static void name_image(const struct pen_api *api, const struct pen_encoding *enc
 	char ret_etag[static PEN_ANSWER_VALUE])
 {
 	const struct pen_rect region = encoding->region;
-	int n = snprintf(ret_etag, PEN_ANSWER_VALUE, "\"%" PRIx64 "-%u-%" PRIu64 "-%s-%s",
-		encoding->final ? 0 : api->boot, encoding->frame, encoding->revision,
-		pen_layer_name(encoding->layer), pen_image_format_extension(encoding->format));
+	const char *limit = ret_etag + PEN_ANSWER_VALUE;
+	char *end = stpcpy(ret_etag, "\"");
 
+	end = pen_text_hex(end, encoding->final ? 0 : api->boot);
+	*end++ = '-';
+	end = pen_text_hex(end, encoding->frame);
+	*end++ = '-';
+	end = pen_text_hex(end, encoding->revision);
+	*end++ = '-';
+	end = stpcpy(end, pen_layer_name(encoding->layer));
+	*end++ = '-';
+	end = stpcpy(end, pen_image_format_extension(encoding->format));
 	if (encoding->exposure != 0.0)
-		n += snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "%a", encoding->exposure);
+		end += snprintf(end, (size_t)(limit - end), "%a", encoding->exposure);
 	if (encoding->out_width != 0)
-		n += snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "-%u.%u.%u.%u-%u.%u",
-			region.x0, region.y0, region.x1, region.y1, encoding->out_width,
-			encoding->out_height);
-	(void)snprintf(ret_etag + n, PEN_ANSWER_VALUE - (size_t)n, "\"");
+		end += snprintf(end, (size_t)(limit - end), "-%u.%u.%u.%u-%u.%u", region.x0,
+			region.y0, region.x1, region.y1, encoding->out_width, encoding->out_height);
+	(void)stpcpy(end, "\"");
 }
 
 void pen_api_image_answer(struct pen_exchange *exchange, const struct pen_job *job,

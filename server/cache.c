@@ -11,13 +11,20 @@
 
 int pen_cache_init(struct pen_cache *cache, const char *directory, struct pen_error *err)
 {
-	*cache = (struct pen_cache){.directory = strdup(directory)};
-	return cache->directory ? 0 : pen_error_memory(err);
+	*cache = (struct pen_cache){
+		.directory = strdup(directory),
+		.pool = pen_shared_pool_create(PEN_CACHE_HELD_BYTES),
+	};
+	if (cache->directory && cache->pool)
+		return 0;
+	pen_cache_finish(cache);
+	return pen_error_memory(err);
 }
 
 static void drop(struct pen_cache *cache, struct pen_cache_file *file)
 {
 	(void)close(file->fd);
+	pen_shared_bytes_release(file->bytes);
 	cache->bytes -= file->size;
 	file->key[0] = '\0';
 }
@@ -25,6 +32,7 @@ static void drop(struct pen_cache *cache, struct pen_cache_file *file)
 void pen_cache_finish(struct pen_cache *cache)
 {
 	pen_cache_forget(cache, "");
+	pen_shared_pool_destroy(cache->pool);
 	free(cache->directory);
 }
 
@@ -51,22 +59,40 @@ int pen_cache_file_create(
 	return 0;
 }
 
-int pen_cache_find(struct pen_cache *cache, const char *key, uint64_t *ret_size)
+static struct pen_cache_file *find(struct pen_cache *cache, const char *key)
 {
 	for (size_t i = 0; i < PEN_CACHE_FILES; i++) {
-		struct pen_cache_file *file = &cache->files[i];
-		int fd;
-
-		if (strcmp(file->key, key) != 0)
-			continue;
-		fd = fcntl(file->fd, F_DUPFD_CLOEXEC, 0);
-		if (fd >= 0) {
-			file->used = ++cache->uses;
-			*ret_size = file->size;
-		}
-		return fd;
+		if (strcmp(cache->files[i].key, key) == 0)
+			return &cache->files[i];
 	}
-	return -1;
+	return NULL;
+}
+
+int pen_cache_find(struct pen_cache *cache, const char *key, uint64_t *ret_size)
+{
+	struct pen_cache_file *file = find(cache, key);
+	int fd = file ? fcntl(file->fd, F_DUPFD_CLOEXEC, 0) : -1;
+
+	if (fd < 0)
+		return -1;
+	file->used = ++cache->uses;
+	file->was_found = true;
+	*ret_size = file->size;
+	return fd;
+}
+
+struct pen_shared_bytes *pen_cache_hold(struct pen_cache *cache, const char *key)
+{
+	struct pen_cache_file *file = find(cache, key);
+
+	if (!file)
+		return NULL;
+	if (!file->bytes && file->was_found && file->size <= PEN_CACHE_HELD_MAX)
+		file->bytes = pen_shared_bytes_read(cache->pool, file->fd, (size_t)file->size);
+	if (!file->bytes)
+		return NULL;
+	file->used = ++cache->uses;
+	return pen_shared_bytes_hold(file->bytes);
 }
 
 static struct pen_cache_file *least_used(struct pen_cache *cache)

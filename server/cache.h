@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
+#include "server/shared_bytes.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -12,7 +13,8 @@
 /*
  * The encoded images that were asked for last, as open files without a name: they need no clean-up
  * after a crash and vanish with the coordinator. At most PEN_CACHE_FILES and, but for the newest,
- * PEN_CACHE_BYTES; the least recently used goes first.
+ * PEN_CACHE_BYTES; the least recently used goes first. A small one that is asked for again is held
+ * in memory too, from which it goes out faster.
  */
 enum { PEN_CACHE_KEY = 192 };
 
@@ -21,6 +23,8 @@ struct pen_cache_file {
 	int fd;
 	uint64_t size;
 	uint64_t used; /* rises with each use */
+	bool was_found;
+	struct pen_shared_bytes *bytes; /* NULL: not in memory */
 };
 
 struct pen_cache {
@@ -28,6 +32,7 @@ struct pen_cache {
 	struct pen_cache_file files[PEN_CACHE_FILES];
 	uint64_t bytes;
 	uint64_t uses;
+	struct pen_shared_pool *pool;
 };
 
 int pen_cache_init(struct pen_cache *cache, const char *directory, struct pen_error *err);
@@ -40,6 +45,9 @@ int pen_cache_file_create(
 
 /* A descriptor of the caller's own, or -1. */
 int pen_cache_find(struct pen_cache *cache, const char *key, uint64_t *ret_size);
+
+/* The whole file, which the caller releases; NULL when it is not in memory. */
+struct pen_shared_bytes *pen_cache_hold(struct pen_cache *cache, const char *key);
 
 /* Keeps read_fd, which passes to the cache, in place of what it had under this key. */
 void pen_cache_put(struct pen_cache *cache, const char *key, int read_fd, uint64_t size);

@@ -416,6 +416,15 @@ int pen_encoders_cached(
 	return pen_cache_find(&encoders->cache, key, ret_size);
 }
 
+struct pen_shared_bytes *pen_encoders_hold(
+	struct pen_encoders *encoders, const struct pen_encoding *encoding)
+{
+	char key[PEN_CACHE_KEY];
+
+	key_of(encoding, key);
+	return pen_cache_hold(&encoders->cache, key);
+}
+
 void pen_encoders_forget(struct pen_encoders *encoders, const char *job_id)
 {
 	pen_cache_forget(&encoders->cache, job_id);

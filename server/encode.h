@@ -59,6 +59,10 @@ void pen_encoders_destroy(struct pen_encoders *encoders);
 int pen_encoders_cached(
 	struct pen_encoders *encoders, const struct pen_encoding *encoding, uint64_t *ret_size);
 
+/* The whole image, which the caller releases, if it is kept in memory; else NULL. */
+struct pen_shared_bytes *pen_encoders_hold(
+	struct pen_encoders *encoders, const struct pen_encoding *encoding);
+
 /*
  * framebuffer_fd (see server/framebuf.h) passes to the callee, also on failure. Equal requests
  * that wait share one encoding. PEN_EAGAIN when PEN_ENCODINGS_WAITING_MAX wait.

@@ -4,19 +4,20 @@
 #include "core/base/clock.h"
 #include "core/base/limits.h"
 #include "core/base/log.h"
+#include "core/base/text.h"
 #include "server/api.h"
 #include "server/asset_file.h"
 #include "server/certificate.h"
 #include "server/drain.h"
 #include "server/exchange.h"
 #include "server/framing.h"
+#include "server/turns.h"
 #include "server/visitor.h"
 #include "server/watch.h"
 
 #include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
-#include <malloc.h>
 #include <microhttpd.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,21 +26,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { BACKLOG = 511, RUNS_AT_ONCE = 8, STALLS = 16, STALLED_MS = 20, CROWD = 64 };
+enum { BACKLOG = 511 };
 
 struct pen_http {
 	struct pen_api api;
 	struct MHD_Daemon *daemon;
-	uv_poll_t poll;	  /* libmicrohttpd's epoll descriptor */
-	uv_timer_t timer; /* what it waits for besides */
-	unsigned handles; /* open; the last that closes frees all */
+	struct pen_turns turns; /* of the daemon */
 	struct pen_drains drains;
 	struct pen_visitors *visitors;
 	const struct pen_certificate *certificate; /* or NULL */
 	struct request *requests;
 	uint64_t body_bytes; /* of all requests */
-	unsigned stalls;     /* turns that libmicrohttpd wanted and did nothing with */
-	unsigned crowd;	     /* the most connections since memory was given back */
 	uint32_t instance;   /* a random number that is not another coordinator's, likely */
 	uint64_t request_count;
 	uint16_t port;
@@ -76,12 +73,15 @@ static void name_request(struct request *request)
 		MHD_lookup_connection_value(request->connection, MHD_HEADER_KIND, "X-Request-Id");
 	const size_t length = given ? strlen(given) : 0;
 	struct pen_exchange *exchange = &request->exchange;
+	char *end;
 
-	if (length > 0 && length <= PEN_REQUEST_ID_MAX && strspn(given, allowed) == length)
+	if (length > 0 && length <= PEN_REQUEST_ID_MAX && strspn(given, allowed) == length) {
 		memcpy(exchange->id, given, length + 1);
-	else
-		(void)snprintf(exchange->id, sizeof exchange->id, "%08" PRIx32 "-%" PRIu64,
-			request->http->instance, ++request->http->request_count);
+		return;
+	}
+	end = pen_text_hex(exchange->id, request->http->instance);
+	*end++ = '-';
+	*pen_text_hex(end, ++request->http->request_count) = '\0';
 }
 
 static struct request *request_create(struct pen_http *http, struct MHD_Connection *connection,
@@ -184,6 +184,11 @@ static bool add_fields(struct MHD_Response *response, const struct pen_answer *a
 	return good;
 }
 
+static void release_bytes(void *bytes)
+{
+	pen_shared_bytes_release(bytes);
+}
+
 /* Takes the answer's body. NULL without memory. */
 static struct MHD_Response *response_of(struct pen_answer *answer)
 {
@@ -192,6 +197,10 @@ static struct MHD_Response *response_of(struct pen_answer *answer)
 	if (answer->fd >= 0)
 		response = MHD_create_response_from_fd_at_offset64(
 			answer->size, answer->fd, answer->offset);
+	else if (answer->bytes)
+		response =
+			MHD_create_response_from_buffer_with_free_callback_cls((size_t)answer->size,
+				answer->bytes->data + answer->offset, release_bytes, answer->bytes);
 	else
 		response = MHD_create_response_from_buffer((size_t)answer->size, answer->text,
 			answer->text ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
@@ -201,19 +210,18 @@ static struct MHD_Response *response_of(struct pen_answer *answer)
 	}
 	answer->fd = -1;
 	answer->text = NULL;
+	answer->bytes = NULL;
 	if (add_fields(response, answer))
 		return response;
 	MHD_destroy_response(response);
 	return NULL;
 }
 
-static void timer_due(uv_timer_t *timer);
-
 static void look_again(void *user)
 {
 	struct pen_http *http = user;
 
-	(void)uv_timer_start(&http->timer, timer_due, 0, 0);
+	pen_turns_ask(&http->turns);
 }
 
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
@@ -476,7 +484,7 @@ static enum MHD_Result access_handler(void *user, struct MHD_Connection *connect
 {
 	struct request *request = *con_cls;
 
-	((struct pen_http *)user)->stalls = 0;
+	pen_turns_moved(&((struct pen_http *)user)->turns);
 	if (!request) {
 		request = request_create(user, connection, url, method_of(method));
 		*con_cls = request;
@@ -540,71 +548,6 @@ static void connection_changed(void *user, struct MHD_Connection *connection, vo
 }
 
 /* The loop's side */
-
-static unsigned connection_count(struct pen_http *http)
-{
-	return MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_CURRENT_CONNECTIONS)
-		->num_connections;
-}
-
-/*
- * At once would be now, for libuv: its timers would go on for ever before anything else. Some
- * requests make libmicrohttpd want to run without getting on (a chunk's size that is too long):
- * that has to wait, until the deadline of its client.
- */
-static uint64_t pause_ms(struct pen_http *http, uint64_t timeout_ms)
-{
-	if (timeout_ms > 0)
-		return timeout_ms;
-	return http->stalls++ < STALLS ? 1 : STALLED_MS;
-}
-
-/* What a crowd has used stays with the process, in pieces, unless it is given back once it left. */
-static void give_back_memory(struct pen_http *http)
-{
-	const unsigned count = connection_count(http);
-
-	if (count > http->crowd)
-		http->crowd = count;
-	if (http->crowd < CROWD || count > http->crowd / 4)
-		return;
-	http->crowd = count;
-	(void)malloc_trim(0);
-}
-
-/*
- * Out of descriptors, libmicrohttpd stops listening; once connections have gone it listens again,
- * but only when it runs once more, for which nothing else may give a reason.
- */
-static void run_daemon(struct pen_http *http)
-{
-	MHD_UNSIGNED_LONG_LONG timeout_ms;
-	bool has_timeout;
-	unsigned before, runs = 0;
-
-	do {
-		before = connection_count(http);
-		(void)MHD_run(http->daemon);
-		has_timeout = MHD_get_timeout(http->daemon, &timeout_ms) == MHD_YES;
-	} while (connection_count(http) < before ||
-		 (has_timeout && timeout_ms == 0 && ++runs < RUNS_AT_ONCE));
-	give_back_memory(http);
-	if (has_timeout)
-		(void)uv_timer_start(&http->timer, timer_due, pause_ms(http, timeout_ms), 0);
-	else
-		(void)uv_timer_stop(&http->timer);
-}
-
-static void timer_due(uv_timer_t *timer)
-{
-	run_daemon(timer->data);
-}
-
-static void sockets_ready(uv_poll_t *poll, int status, int events)
-{
-	(void)status, (void)events;
-	run_daemon(poll->data);
-}
 
 static int listen_on(const struct sockaddr_storage *address, int *ret_fd, struct pen_error *err)
 {
@@ -691,20 +634,6 @@ static int start_daemon(
 	return pen_error_set(err, PEN_EIO, "the HTTP server does not start");
 }
 
-static int watch_daemon(struct pen_http *http, uv_loop_t *loop, struct pen_error *err)
-{
-	const union MHD_DaemonInfo *info =
-		MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_EPOLL_FD);
-	int r = uv_poll_init(loop, &http->poll, info->epoll_fd);
-
-	if (r < 0)
-		return pen_error_system(err, -r, "cannot watch the HTTP server");
-	http->poll.data = http;
-	http->handles++;
-	(void)uv_poll_start(&http->poll, UV_READABLE, sockets_ready);
-	return 0;
-}
-
 int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	struct pen_http **ret_http, struct pen_error *err)
 {
@@ -727,16 +656,13 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	};
 	http->certificate = options->certificate;
 	http->drains.loop = loop;
-	(void)uv_timer_init(loop, &http->timer);
-	http->timer.data = http;
-	http->handles++;
 	r = pen_watches_create(loop, options->jobs, &http->api.watches, err);
 	if (r == 0)
 		r = pen_visitors_create(loop, http, &http->visitors, err);
 	if (r == 0)
 		r = start_daemon(http, options, err);
 	if (r == 0)
-		r = watch_daemon(http, loop, err);
+		r = pen_turns_start(&http->turns, loop, http->daemon, http->visitors, err);
 	if (r < 0) {
 		pen_http_destroy(http);
 		return r;
@@ -753,14 +679,6 @@ uint16_t pen_http_port(const struct pen_http *http)
 void pen_http_drain(struct pen_http *http)
 {
 	http->api.draining = true;
-}
-
-static void handle_closed(uv_handle_t *handle)
-{
-	struct pen_http *http = handle->data;
-
-	if (--http->handles == 0)
-		free(http);
 }
 
 /* Requests that the API still holds stay with it, without a client to answer. */
@@ -781,16 +699,20 @@ static void let_go_of_requests(struct pen_http *http)
 
 void pen_http_destroy(struct pen_http *http)
 {
+	bool has_turns;
+
 	if (!http)
 		return;
+	has_turns = http->turns.handles > 0;
 	pen_drains_finish(&http->drains);
 	let_go_of_requests(http);
 	pen_watches_destroy(http->api.watches);
 	pen_recent_finish(&http->api.recent);
-	if (http->handles > 1)
-		uv_close((uv_handle_t *)&http->poll, handle_closed);
+	if (has_turns)
+		pen_turns_close(&http->turns, free, http);
 	if (http->daemon)
 		MHD_stop_daemon(http->daemon);
 	pen_visitors_destroy(http->visitors);
-	uv_close((uv_handle_t *)&http->timer, handle_closed);
+	if (!has_turns)
+		free(http);
 }

@@ -29,6 +29,7 @@ struct pen_visitor {
 	enum doing doing;
 	bool marked;
 	uint64_t mark;	/* the socket's count of bytes when it was first looked at */
+	uint64_t seen;	/* the same when pen_visitors_get_on was asked */
 	uint64_t since; /* ms */
 	uint64_t bytes; /* of the body or the answer, until now */
 };
@@ -181,6 +182,21 @@ static bool is_late(struct pen_visitor *visitor, uint64_t now)
 	case TAKES: return is_slow(elapsed_ms, socket_progress(visitor, UINT64_MAX));
 	default: return false;
 	}
+}
+
+bool pen_visitors_get_on(struct pen_visitors *visitors)
+{
+	bool gets_on = false;
+	uint64_t bytes;
+
+	for (struct pen_visitor *visitor = visitors->first; visitor; visitor = visitor->next) {
+		if (visitor->doing != TAKES || !socket_bytes(visitor, &bytes) ||
+			bytes == visitor->seen)
+			continue;
+		visitor->seen = bytes;
+		gets_on = true;
+	}
+	return gets_on;
 }
 
 /* What its client has not taken is thrown away when the socket is closed, rather than kept. */

@@ -35,6 +35,12 @@ void pen_visitors_destroy(struct pen_visitors *visitors);
  */
 bool pen_visitors_welcome(const struct pen_visitors *visitors, const struct sockaddr *address);
 
+/*
+ * Whether an answer has got on since this was last asked: its client has taken some of it, or it is
+ * new.
+ */
+bool pen_visitors_get_on(struct pen_visitors *visitors);
+
 /* A connection has begun, and with it the time for its first header. NULL without memory. */
 struct pen_visitor *pen_visitor_enter(
 	struct pen_visitors *visitors, int fd, const struct sockaddr *address);

@@ -112,7 +112,7 @@
 #define PEN_CONFIG_LINES_MAX   10000u	    /* of a configuration file */
 #define PEN_KEEP_MIB_MAX       (1u << 30)   /* a pebibyte */
 #define PEN_RECENT_TEXTS_MAX   64u	    /* resources of renders, as they were answered last */
-#define PEN_RECENT_BYTES_MAX   (16u << 10) /* of one of them */
+#define PEN_RECENT_BYTES_MAX   (16u << 10)  /* of one of them */
 #define PEN_SHELF_TREES_MAX    8u	    /* kept scenes whose trees are at hand */
 #define PEN_PREVIEWS_KEPT_MAX  64u	    /* that are over */
 #define PEN_DEADLINE_S_MAX     31536000u    /* a year */
@@ -131,9 +131,9 @@
 /* HTTP */
 #define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))
 #define PEN_HTTP_CONNECTIONS_MAX 4096u
-#define PEN_HTTP_MEMORY		 (32u << 10) /* of one connection: request line and headers */
-#define PEN_JOBS_QUEUED_MAX	 1000u	 /* unless the operator says otherwise, */
-#define PEN_JOBS_QUEUED_CEILING	 100000u /* up to this */
+#define PEN_HTTP_MEMORY		 (16u << 10)  /* of one connection: request line and headers */
+#define PEN_JOBS_QUEUED_MAX	 1000u	      /* unless the operator says otherwise, */
+#define PEN_JOBS_QUEUED_CEILING	 100000u      /* up to this */
 #define PEN_OWNER_JOBS_MAX	 100u	      /* of one token, that wait or are rendered */
 #define PEN_OWNER_SAMPLES_MAX	 (1ull << 42) /* that they need yet */
 #define PEN_SUBMIT_BURST	 20u	      /* renders that a token may ask for at once, then */
@@ -170,6 +170,8 @@
 #define PEN_ENCODING_MS_VALUES	  4096u /* a third of what a busy core packs into an EXR */
 #define PEN_CACHE_FILES		  64u
 #define PEN_CACHE_BYTES		  (1ull << 30)
+#define PEN_CACHE_HELD_MAX	  (2u << 20)  /* one that is kept in memory */
+#define PEN_CACHE_HELD_BYTES	  (64u << 20) /* and all of them */
 
 /* What the command-line client takes from a server */
 #define PEN_ANSWER_BYTES_MAX (16u << 20)

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /*
  * The bytes of text, from its start, that are whole UTF-8 characters (Unicode's table of
@@ -17,5 +18,9 @@ void pen_text_clean(char *text);
 
 /* Whether text is exactly count finite numbers with commas between them; they are then these. */
 bool pen_text_reals(const char *text, size_t count, double *ret_numbers);
+
+/* Writes the number in lower-case hex, without zeros in front and without a NUL; tells where it
+ * ends. */
+char *pen_text_hex(char *to, uint64_t number);
 
 #endif

@@ -87,16 +87,16 @@ def targets():
                   b"/%e0%80%af", b"/%f8%80%80%80%af", b"/%ff%fe", b"/%u002flivez", b"/livez/", b"/livez;",
                   b"/livez;a=b", b"/livez\\", b"/livez\xff", b"/livez\xc3\xa4", b"/livez\x7f",
                   b"/livez\x01", b"/livez\x1b[31m", b"/v1/renders/%2e%2e", b"/v1/renders/%0d%0aX:y",
-                  b"/v1/renders/" + b"x" * 20000, b"/" + b"%41" * 9000, b"/" + b"a/" * 9000,
+                  b"/v1/renders/" + b"x" * 10000, b"/" + b"%41" * 4000, b"/" + b"a/" * 5000,
                   b"/v1/renders/done%2fimage.png%3f", b"/v1/renders/done/iiif/" + b"9" * 60 + b"/1/1/d.png",
                   b"/v1/renders/done/iiif/full/max/0/default.png/..", b"/v1/renders/done/frames/-1.png",
                   b"/v1/renders/done/frames/4294967296.png", b"/v1/renders/done/frames/1e1.png",
                   b"/v1/renders/done/frames/%31.png%00", b"/v1/assets/sha256/..%2f..%2fpenumbra.db",
                   b"/v1/assets/sha256/" + b"0" * 63, b"/v1/assets/sha256/" + b"A" * 64,
                   b"/v1/scenes/sha256/%2e%2e"], get, "404", "400", "405", "200")
-    each("path that is too long", [b"/" + b"x" * 33000, b"/" + b"%41" * 20000],
+    each("path that is too long", [b"/" + b"x" * 17000, b"/" + b"%41" * 6000],
          get, "", "400", "413", "414", "431")
-    each("query", [b"&" * 1000, b"=", b"=&=&=", b"a=%00", b"a=%", b"a=%zz", b"%00", b"a" * 20000, b"?" * 100,
+    each("query", [b"&" * 1000, b"=", b"=&=&=", b"a=%00", b"a=%", b"a=%zz", b"%00", b"a" * 10000, b"?" * 100,
                    b"&".join(b"a%d=1" % i for i in range(500)), b"limit=-1", b"limit=99999999999999999999",
                    b"limit=1e9", b"limit=%20 1"[:9], b"limit=0x10", b"limit=5%00", b"state=%00done",
                    b"state=done&state=queued", b"before=" + b"x" * 5000, b"before=%ff"],
@@ -107,9 +107,9 @@ def targets():
 def fields():
     each("field", [b"A", b": b", b":", b"A b: c", b" A: b", b"\tA: b", b"A\0: b", b"A: b\0c", b"\0: x",
                    b"A: b\x01", b"A: \x7f", b"A\xff: b", b"A: \xff\xfe", b"(A): b", b"A\r: b", b"A: b\rC: d",
-                   b"A: b\r\n c", b"A: b\r\n\tc\r\n\td", b"A: b\nC: d", b"A" * 10000 + b": b", b"A: " + b"b" * 20000,
-                   b"A:" + b" " * 20000, b"A:\t\t", b"A::::", b"A=b", b"A: b\r\n: c", b"{}: {}", b"@: @",
-                   b"Cookie: " + b"a=b; " * 3000, b"Cookie: a\0=b", b"Cookie: ;;;=", b"Cookie: a=\"b",
+                   b"A: b\r\n c", b"A: b\r\n\tc\r\n\td", b"A: b\nC: d", b"A" * 10000 + b": b", b"A: " + b"b" * 10000,
+                   b"A:" + b" " * 10000, b"A:\t\t", b"A::::", b"A=b", b"A: b\r\n: c", b"{}: {}", b"@: @",
+                   b"Cookie: " + b"a=b; " * 1000, b"Cookie: a\0=b", b"Cookie: ;;;=", b"Cookie: a=\"b",
                    b"Connection: keep-alive, close, x" + b",y" * 1000, b"Connection: Host",
                    b"Connection: \0", b"Keep-Alive: timeout=99999999999", b"Upgrade: websocket",
                    b"Upgrade: h2c\r\nConnection: Upgrade, HTTP2-Settings\r\nHTTP2-Settings: AAMAAABk",
@@ -117,17 +117,17 @@ def fields():
                    b"Expect: nothing", b"Expect: 100-continue, 100-continue", b"Max-Forwards: 0",
                    b"X-Forwarded-For: \r\n\r\n", b"X-Original-URL: /v1/farm", b"X-HTTP-Method-Override: DELETE",
                    b"Content-Length: 0", b"Date: " + b"9" * 500, b"Via: " + b"1.1 x, " * 2000,
-                   b"Accept: " + b"*/*;q=0.1," * 2000, b"Accept: ;;;q=", b"Accept: a/b;q=-1", b"Accept: \0",
-                   b"Authorization: Bearer", b"Authorization: Bearer " + b"A" * 20000,
+                   b"Accept: " + b"*/*;q=0.1," * 1000, b"Accept: ;;;q=", b"Accept: a/b;q=-1", b"Accept: \0",
+                   b"Authorization: Bearer", b"Authorization: Bearer " + b"A" * 10000,
                    b"Authorization: Basic AAAA", b"Authorization: \0", b"Prefer: wait", b"Prefer: wait=-1",
                    b"Prefer: wait=99999999999999999999", b"Prefer: wait=0x10", b"Prefer: " + b"wait=0," * 2000,
                    b"If-None-Match: " + b'"x",' * 4000, b"If-None-Match: W/", b'If-None-Match: "',
                    b"If-None-Match: *, *", b"Last-Event-ID: -1", b"Origin: null", b"Origin: x://y",
-                   b"Accept-Encoding: " + b"gzip;q=1," * 2000, b"TE: trailers, deflate;q=0.5"],
+                   b"Accept-Encoding: " + b"gzip;q=1," * 1000, b"TE: trailers, deflate;q=0.5"],
          lambda field: get(fields=field + b"\r\n"), "200", "400", "", "406", "200 400")
     case("five thousand fields", get(fields=b"A: b\r\n" * 5000), "", "400", "413", "431")
-    case("field that is too long", get(fields=b"A: " + b"b" * 40000 + b"\r\n"), "", "400", "413", "431")
-    case("name that is too long", get(fields=b"A" * 40000 + b": b\r\n"), "", "400", "413", "431")
+    case("field that is too long", get(fields=b"A: " + b"b" * 17000 + b"\r\n"), "", "400", "413", "431")
+    case("name that is too long", get(fields=b"A" * 17000 + b": b\r\n"), "", "400", "413", "431")
     case("field that never ends", b"GET / HTTP/1.1\r\n" + HOST + b"A: " + b"b" * 1000000, "", "400", "413", "431")
     each("host", [b"Host: \r\n", b"Host:\r\n", b"Host: example.org\r\n", b"Host: localhost.example.org\r\n",
                   b"Host: example.org#localhost\r\n", b"Host: localhost@example.org\r\n",
@@ -153,7 +153,7 @@ SMUGGLED = b"GET /smuggled HTTP/1.1\r\n" + HOST + b"\r\n"
 def lengths():
     each("length", [b"-1", b"+5", b"0x5", b"5,5", b"5, 5", b"5 5", b"", b" ", b"1e3", b"5.0", b"5;", b"\"5\"",
                     b"\x0b5", b"five", b"-0", b"9223372036854775808", b"18446744073709551615",
-                    b"18446744073709551616", b"18446744073709551621", b"9" * 100, b"9" * 20000, b"5_0",
+                    b"18446744073709551616", b"18446744073709551621", b"9" * 100, b"9" * 10000, b"5_0",
                     b"\xd9\xa5"],
          lambda value: post(b"Content-Length: " + value + b"\r\n", b"{   }" + SMUGGLED), "400", "413", "")
     each("length with zeros", [b"005", b"5 ", b"\t5", b"0" * 100 + b"5"],
@@ -213,7 +213,7 @@ def chunks():
                    b"1\r\n{\r\n" * 2000, b"\0" * 100],
          lambda body: post(chunked, body), "400", "", "413", "waits")
     each("trailer", [b"A: b\r\n", b"Content-Length: 5\r\n", b"Transfer-Encoding: chunked\r\n", b"Host: example.org\r\n",
-                     b"A\r\n", b": b\r\n", b"\0: b\r\n", b"A: b\r\n c\r\n", b"A: " + b"b" * 20000 + b"\r\n",
+                     b"A\r\n", b": b\r\n", b"\0: b\r\n", b"A: b\r\n c\r\n", b"A: " + b"b" * 10000 + b"\r\n",
                      b"A: b\r\n" * 1000],
          lambda trailer: post(chunked, b"5\r\n{   }\r\n0\r\n" + trailer + b"\r\n"), "400", "", "413", "431")
     case("trailer that is too long", post(chunked, b"5\r\n{   }\r\n0\r\nA: " + b"b" * 50000 + b"\r\n\r\n"),
@@ -266,7 +266,7 @@ def contents():
     each("body", [bytes(50), b"\xff" * 50, b"\xef\xbb\xbf{}" + bytes(45), b"[" * 50, b'{"a":' * 10, b'"' * 50, b"9" * 50,
                   b'{"version": 1, "version": 1}'.ljust(50), b"--x\r\nContent-Disposition: form-data\r\n\r\n".ljust(50)],
          lambda body: post(b"Content-Length: 50\r\n", body), "400")
-    each("key", [b"", b"\"" * 3000, b"\0", b"x" * 20000, b"\xff", b" , "],
+    each("key", [b"", b"\"" * 3000, b"\0", b"x" * 10000, b"\xff", b" , "],
          lambda value: post(b"Content-Length: 5\r\nIdempotency-Key: " + value + b"\r\n", b"{   }"), "400", "")
     case("asset of another name", post(b"Content-Length: 5\r\n", b"hello", b"/v1/assets/sha256/" + b"0" * 64, b"PUT"),
          "422")

@@ -61,10 +61,37 @@ static void test_reals(void **state)
 		assert_false(pen_text_reals(wrong[i], 2, n));
 }
 
+/* Fails when a digit is lost at either end, or zeros stand in front. */
+static void test_hex(void **state)
+{
+	static const struct {
+		uint64_t number;
+		const char *text;
+	} cases[] = {
+		{0, "0"},
+		{0xf, "f"},
+		{0x10, "10"},
+		{0x8000000000000000, "8000000000000000"},
+		{UINT64_MAX, "ffffffffffffffff"},
+		{0x0123456789abcdef, "123456789abcdef"},
+	};
+	char text[17];
+
+	(void)state;
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		*pen_text_hex(text, cases[i].number) = '\0';
+		assert_string_equal(text, cases[i].text);
+	}
+}
+
 int main(void)
 {
-	const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain),
-		cmocka_unit_test(test_clean), cmocka_unit_test(test_reals)};
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(test_plain),
+		cmocka_unit_test(test_clean),
+		cmocka_unit_test(test_reals),
+		cmocka_unit_test(test_hex),
+	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

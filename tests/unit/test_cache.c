@@ -141,6 +141,78 @@ static void test_forget(void **state)
 	assert_int_equal(fixture->cache.bytes, 1);
 }
 
+static bool is_found(struct pen_cache *cache, const char *key)
+{
+	uint64_t size;
+	int fd = pen_cache_find(cache, key, &size);
+
+	if (fd >= 0)
+		assert_int_equal(close(fd), 0);
+	return fd >= 0;
+}
+
+/* Whether it is in memory, and right there. */
+static bool is_held(struct pen_cache *cache, const char *key)
+{
+	struct pen_shared_bytes *bytes = pen_cache_hold(cache, key);
+
+	if (bytes)
+		assert_memory_equal(bytes->data, key, strlen(key));
+	pen_shared_bytes_release(bytes);
+	return bytes != NULL;
+}
+
+/* A file of that many bytes, which begins with its key. */
+static void put_whole(struct pen_cache *cache, const char *key, uint64_t size)
+{
+	struct pen_error err;
+	int write_fd, read_fd;
+
+	assert_int_equal(pen_cache_file_create(cache, &write_fd, &read_fd, &err), 0);
+	assert_int_equal(write(write_fd, key, strlen(key)), strlen(key));
+	assert_int_equal(ftruncate(write_fd, (off_t)size), 0);
+	assert_int_equal(close(write_fd), 0);
+	pen_cache_put(cache, key, read_fd, size);
+}
+
+/* At N and N+1 bytes. Breaks if what is asked for once takes memory, or what is large does. */
+static void test_what_is_held_in_memory(void **state)
+{
+	struct pen_cache *cache = &((struct fixture *)*state)->cache;
+
+	put_whole(cache, "a", PEN_CACHE_HELD_MAX);
+	put_whole(cache, "b", PEN_CACHE_HELD_MAX + 1);
+	assert_false(is_held(cache, "a"));
+	assert_true(is_found(cache, "a") && is_found(cache, "b"));
+	assert_true(is_held(cache, "a"));
+	assert_false(is_held(cache, "b"));
+	assert_false(is_held(cache, "c"));
+}
+
+/* Breaks if bytes go while an answer has them, if those are not counted, or are counted for ever.
+ */
+static void test_memory_is_bounded(void **state)
+{
+	enum { COUNT = PEN_CACHE_HELD_BYTES / PEN_CACHE_HELD_MAX };
+	struct pen_cache *cache = &((struct fixture *)*state)->cache;
+	struct pen_shared_bytes *held[COUNT];
+
+	for (unsigned i = 0; i < COUNT; i++) {
+		put_whole(cache, "a", PEN_CACHE_HELD_MAX);
+		assert_true(is_found(cache, "a"));
+		held[i] = pen_cache_hold(cache, "a");
+		assert_non_null(held[i]);
+	}
+	put_whole(cache, "b", PEN_CACHE_HELD_MAX);
+	assert_true(is_found(cache, "b"));
+	assert_false(is_held(cache, "b"));
+	for (unsigned i = 0; i < COUNT; i++) {
+		assert_int_equal(held[i]->data[0], 'a');
+		pen_shared_bytes_release(held[i]);
+	}
+	assert_true(is_held(cache, "b"));
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -149,6 +221,8 @@ int main(void)
 			test_least_recently_used_goes_first, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_bytes_are_bounded, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_forget, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_what_is_held_in_memory, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_memory_is_bounded, set_up, tear_down),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -9,6 +9,7 @@
 #include <cmocka.h>
 /* clang-format on */
 #include <arpa/inet.h>
+#include <unistd.h>
 
 /* The slow clients themselves: tests/integration/test_slow_clients.py. */
 
@@ -105,11 +106,62 @@ static void loopback_is_not_counted(void **state)
 	assert_int_equal(uv_loop_close(&loop), 0);
 }
 
+/* Two ends of a connection over loopback: sockets of a pair have no counts of bytes. */
+static void connect_pair(int ret_ends[static 2])
+{
+	struct sockaddr_in address = {
+		.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+	socklen_t size = sizeof address;
+	int listener = socket(AF_INET, SOCK_STREAM, 0);
+
+	assert_int_equal(bind(listener, (struct sockaddr *)&address, size), 0);
+	assert_int_equal(listen(listener, 1), 0);
+	assert_int_equal(getsockname(listener, (struct sockaddr *)&address, &size), 0);
+	ret_ends[0] = socket(AF_INET, SOCK_STREAM, 0);
+	assert_int_equal(connect(ret_ends[0], (struct sockaddr *)&address, size), 0);
+	ret_ends[1] = accept(listener, NULL, NULL);
+	assert_true(ret_ends[1] >= 0);
+	assert_int_equal(close(listener), 0);
+}
+
+/* Broken if an answer that moves is taken for one that stands still, or the other way round. */
+static void answers_get_on(void **state)
+{
+	struct pen_visitors *visitors;
+	struct pen_visitor *visitor;
+	char piece[4096] = {0};
+	uv_loop_t loop;
+	int ends[2];
+
+	(void)state;
+	connect_pair(ends);
+	assert_int_equal(uv_loop_init(&loop), 0);
+	assert_int_equal(pen_visitors_create(&loop, NULL, &visitors, NULL), 0);
+	visitor = pen_visitor_enter(visitors, ends[0], NULL);
+	assert_false(pen_visitors_get_on(visitors));
+	pen_visitor_takes(visitor);
+	(void)pen_visitors_get_on(visitors);
+	assert_false(pen_visitors_get_on(visitors));
+	for (int i = 0; i < 3; i++) {
+		assert_int_equal(send(ends[0], piece, sizeof piece, 0), sizeof piece);
+		assert_int_equal(recv(ends[1], piece, sizeof piece, MSG_WAITALL), sizeof piece);
+		assert_true(pen_visitors_get_on(visitors));
+		assert_false(pen_visitors_get_on(visitors));
+	}
+	pen_visitor_leave(visitor);
+	pen_visitors_destroy(visitors);
+	(void)uv_run(&loop, UV_RUN_DEFAULT);
+	assert_int_equal(uv_loop_close(&loop), 0);
+	assert_int_equal(close(ends[0]), 0);
+	assert_int_equal(close(ends[1]), 0);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(an_address_has_so_many),
 		cmocka_unit_test(loopback_is_not_counted),
+		cmocka_unit_test(answers_get_on),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
