@@ -27,7 +27,7 @@ LIBRARIES = {
     r"OpenImageIO/.*": ["core/image/"],
     r"tiny_gltf\.h": ["core/scene/"],
     r"jansson\.h": ["core/scene/", "server/"],
-    r"microhttpd\.h": ["server/http.c", "server/stream.c", "server/framing.c"],
+    r"microhttpd\.h": ["server/http.c", "server/stream.c", "server/framing.c", "server/turns.c"],
     r"uv\.h": ["server/", "worker/"],
     r"protobuf-c/.*|.*\.pb-c\.h": ["proto/"],
     r"sqlite3\.h": ["server/store.c", "server/job_row.c", "server/archive.c"],
