@@ -36,8 +36,9 @@ struct pen_http {
 	struct pen_visitors *visitors;
 	const struct pen_certificate *certificate; /* or NULL */
 	struct request *requests;
-	uint64_t body_bytes; /* of all requests */
-	uint32_t instance;   /* a random number that is not another coordinator's, likely */
+	uint64_t body_bytes;   /* of all requests */
+	uint64_t answer_bytes; /* likewise, in memory */
+	uint32_t instance;     /* a random number that is not another coordinator's, likely */
 	uint64_t request_count;
 	uint16_t port;
 };
@@ -49,6 +50,7 @@ struct request {
 	struct MHD_Connection *connection; /* NULL when the client has gone */
 	struct MHD_Response *response;	   /* the answer, until it is queued */
 	unsigned status;
+	uint64_t answer_bytes;
 	bool handled;	  /* by the API, which answers or has answered */
 	bool suspended;	  /* until the answer comes */
 	bool streams;	  /* the answer: events, as they come */
@@ -115,6 +117,7 @@ static void request_detach(struct request *request)
 	struct pen_http *http = request->http;
 
 	http->body_bytes -= request->exchange.body.size;
+	http->answer_bytes -= request->answer_bytes;
 	if (request->previous)
 		request->previous->next = request->next;
 	else
@@ -224,11 +227,28 @@ static void look_again(void *user)
 	pen_turns_ask(&http->turns);
 }
 
+/* Counts an answer until it is taken; when those of all fill the memory for them, it is refused. */
+static void hold_answer(struct request *request, struct pen_answer *answer)
+{
+	struct pen_http *http = request->http;
+
+	if (!http || !answer->text)
+		return;
+	if (http->answer_bytes + answer->size > PEN_HTTP_ANSWERS_MAX) {
+		pen_answer_finish(answer);
+		pen_answer_problem(answer, 503, "too many answers wait to be taken");
+		pen_answer_field(answer, "Retry-After", "5");
+	}
+	request->answer_bytes = answer->size;
+	http->answer_bytes += answer->size;
+}
+
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
 {
 	struct request *request = request_of(exchange);
 
 	assert(request_awaited(request));
+	hold_answer(request, answer);
 	request->response = response_of(answer);
 	if (!request->response) {
 		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});

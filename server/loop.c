@@ -2,6 +2,7 @@
 #include "server/loop.h"
 
 #include "server/asset_sweep.h"
+#include "server/ceiling.h"
 #include "server/certificate.h"
 #include "server/confine.h"
 #include "server/data_dir.h"
@@ -312,13 +313,17 @@ static int start_worker(struct pen_server *server, const char *host, struct pen_
 static int announce(struct pen_server *server, const char *worker_host, struct pen_error *err)
 {
 	unsigned http = pen_http_port(server->http), workers = pen_farm_port(server->farm);
-	char ports[64], host[INET6_ADDRSTRLEN + 2];
+	char ports[64], host[INET6_ADDRSTRLEN + 2], memory[PEN_CEILING_TEXT];
+	struct pen_ceiling ceiling;
 	int size =
 		snprintf(ports, sizeof ports, "{\"http\": %u, \"workers\": %u}\n", http, workers);
 	int r = pen_durable_write(server->data.path, "ports", ports, (size_t)size, err);
 
 	if (r < 0)
 		return r;
+	pen_ceiling_compute(server->config->waiting_max, &ceiling);
+	pen_ceiling_format(&ceiling, memory);
+	pen_log(PEN_LOG_INFO, "%s", memory);
 	pen_supervisor_ready(&server->supervisor, "serving");
 	(void)printf("penumbra: %s://%s:%u, workers %s:%u\npenumbra: ready\n",
 		server->certificate.cert ? "https" : "http",

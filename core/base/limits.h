@@ -10,6 +10,7 @@
 #define PEN_SCENE_BYTES_MAX  (8u << 20)
 #define PEN_SCENE_DEPTH_MAX  32u
 #define PEN_SCENE_NODES_MAX  1000000u
+#define PEN_SCENE_NODE_BYTES 256u /* of memory, at most, beside the bytes of its texts */
 #define PEN_SCENE_STRING_MAX 4096u
 #define PEN_SCENE_ERRORS_MAX 64u /* reported in one answer */
 #define PEN_SCENE_MEMORY_MAX (512ul << 20)
@@ -145,6 +146,7 @@
 #define PEN_REQUEST_ID_MAX	 64u
 #define PEN_LIST_PAGE_MAX	 500u
 #define PEN_HTTP_BODIES_MAX	 (256u << 20) /* of all connections together */
+#define PEN_HTTP_ANSWERS_MAX	 (256u << 20) /* in memory, that clients have yet to take */
 #define PEN_HTTP_IDLE_S		 15u
 #define PEN_HTTP_HEADER_MS	 10000u	      /* for the whole of a request's header */
 #define PEN_HTTP_GRACE_MS	 10000u	      /* before a body or an answer must keep its rate: */

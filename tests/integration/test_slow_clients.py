@@ -27,6 +27,8 @@ class Link:
         self.socket = socket.socket()
         if receive:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive)
+            # As over a network: loopback's large segments make the server's own buffers large.
+            self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, 536)
         self.socket.connect(("127.0.0.1", port))
         self.got = b""
         self.start = time.monotonic()
@@ -159,3 +161,25 @@ def test_slow_clients_are_let_go_and_patient_ones_are_not():
              if not (kept >= LONGER_S if deadline is None else
                      deadline - 1 <= kept <= deadline + 3 * farm.SLOW)}
     assert not wrong, wrong
+
+
+def test_answers_that_nobody_takes_are_bounded():
+    """Breaks if clients that ask and do not read fill the memory, or lock the others out for good."""
+    renders, mib = 400, 1 << 20
+    with farm.Farm(0) as service:
+        for seed in range(renders):
+            body = {"scene": scene.build(16, 16, 1, [scene.sphere()], seed=seed), "options": {"name": "n" * 256}}
+            service.submit(body)
+        page = len(service.request("GET", f"/v1/renders?limit={renders}").body)
+        most = 256 * mib // page
+        links = []
+        for _ in range(most + 40):
+            links.append(Link(service.http_port, receive=2048))
+            links[-1].socket.sendall(b"GET /v1/renders?limit=%d HTTP/1.1\r\n%s\r\n" % (renders, HOST))
+        for link in links:
+            link.read(10, 16)
+        refused = sum(link.got.startswith(b"HTTP/1.1 503") for link in links)
+        assert 20 <= refused <= 60, f"{refused} of {len(links)} with {page} bytes each"
+        for link in links:
+            link.socket.close()
+        farm.wait_for(lambda: service.request("GET", f"/v1/renders?limit={renders}").status == 200, 5, "room")
