@@ -187,10 +187,9 @@ static unsigned scope_of(const struct pen_exchange *exchange)
 	struct pen_api_parameters parameters;
 	const struct route *route;
 
-	if (!guard)
-		return PEN_SCOPE_NONE;
-	pen_guard_refresh(guard, pen_clock_ms());
-	if (!pen_guard_is_closed(guard))
+	if (guard)
+		pen_guard_refresh(guard, pen_clock_ms());
+	if (!pen_gate_asks_for_token(exchange))
 		return PEN_SCOPE_NONE;
 	route = find_route(exchange, &parameters);
 	return route ? route->scope : PEN_SCOPE_ALL;

@@ -29,8 +29,9 @@ static uint64_t report_bytes(void)
 void pen_ceiling_compute(uint32_t waiting_max, struct pen_ceiling *ret_ceiling)
 {
 	*ret_ceiling = (struct pen_ceiling){
-		.parts = {{"connections", (uint64_t)PEN_HTTP_CONNECTIONS_MAX *
-						  (PEN_HTTP_MEMORY + CONNECTION_BYTES)},
+		.parts = {{"connections",
+				  (uint64_t)(PEN_HTTP_CONNECTIONS_MAX + PEN_HTTP_LOCAL_MAX) *
+					  (PEN_HTTP_MEMORY + CONNECTION_BYTES)},
 			{"bodies", (uint64_t)COPIES * PEN_HTTP_BODIES_MAX},
 			{"scenes being read", READERS * tree_bytes()},
 			{"scenes at hand", PEN_SHELF_TREES_MAX * tree_bytes()},

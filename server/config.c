@@ -19,6 +19,7 @@ const char pen_config_usage[] =
 	"Run the coordinator, with a farm on this machine.\n"
 	"\n"
 	"  --listen ADDR:PORT         HTTP (127.0.0.1:8080; port 0: any free one)\n"
+	"  --listen-unix PATH         HTTP by a socket in the file system, for this user\n"
 	"  --worker-listen ADDR:PORT  workers (127.0.0.1:8081)\n"
 	"  --data DIR                 renders and scenes ($XDG_STATE_HOME/penumbra, or\n"
 	"                             ~/.local/state/penumbra)\n"
@@ -154,6 +155,7 @@ int pen_config_default_data(char *ret_dir, struct pen_error *err)
 
 enum {
 	LISTEN = 1,
+	LISTEN_UNIX,
 	WORKER_LISTEN,
 	DATA,
 	PROCESSES,
@@ -177,6 +179,7 @@ enum {
 
 static const struct option options[] = {
 	{"listen", required_argument, NULL, LISTEN},
+	{"listen-unix", required_argument, NULL, LISTEN_UNIX},
 	{"worker-listen", required_argument, NULL, WORKER_LISTEN},
 	{"data", required_argument, NULL, DATA},
 	{"processes", required_argument, NULL, PROCESSES},
@@ -223,6 +226,7 @@ static int parse_option(
 
 	switch (option) {
 	case LISTEN: return parse_address("listen", value, &config->listen, err);
+	case LISTEN_UNIX: return parse_path("listen-unix", value, config->listen_unix, err);
 	case WORKER_LISTEN:
 		return parse_address("worker-listen", value, &config->worker_listen, err);
 	case DATA: return pen_config_parse_data(value, config->data_dir, err);

@@ -15,6 +15,7 @@
 /* What `penumbra serve` was told on its command line and in its file, defaults filled in. */
 struct pen_config {
 	struct sockaddr_storage listen, worker_listen; /* loopback; port 0: any */
+	char listen_unix[PATH_MAX];		       /* "": none */
 	char data_dir[PATH_MAX];
 	uint32_t processes;	    /* of the local worker; 0: none is started */
 	const char *isa;	    /* of the local worker, a constant; NULL: its best */

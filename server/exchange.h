@@ -47,6 +47,8 @@ struct pen_exchange {
 	struct pen_asset_upload *upload; /* what takes the body instead of body, or NULL */
 	bool ignores_body;		 /* nothing takes it */
 	enum pen_gate gate;
+	bool is_local;	/* came in by a socket in the file system, */
+	bool is_owner;	/* from a process of our user, or of root */
 	unsigned needs; /* scope of what is asked for, once a token was */
 	struct pen_caller caller;
 };

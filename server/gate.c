@@ -24,20 +24,27 @@ static bool is_foreign(const struct pen_exchange *exchange)
 	       !(host && is_our_name(exchange, host + strlen("://")));
 }
 
+bool pen_gate_asks_for_token(const struct pen_exchange *exchange)
+{
+	const struct pen_guard *guard = exchange->api->guard;
+
+	return exchange->is_local ? !exchange->is_owner : guard && pen_guard_is_closed(guard);
+}
+
 static enum pen_gate check_caller(struct pen_exchange *exchange, unsigned scope)
 {
 	const struct pen_guard *guard = exchange->api->guard;
 	const char *authorization = pen_exchange_field(exchange, "Authorization");
 
 	exchange->caller = (struct pen_caller){.scopes = PEN_SCOPE_ALL};
-	if (!guard || !pen_guard_is_closed(guard))
+	if (!pen_gate_asks_for_token(exchange))
 		return PEN_GATE_OPEN;
 	exchange->caller.scopes = PEN_SCOPE_NONE;
 	if (scope == PEN_SCOPE_NONE)
 		return PEN_GATE_OPEN;
 	if (!authorization)
 		return PEN_GATE_NO_TOKEN;
-	if (!pen_guard_knows(guard, authorization, &exchange->caller))
+	if (!guard || !pen_guard_knows(guard, authorization, &exchange->caller))
 		return PEN_GATE_WRONG_TOKEN;
 	exchange->needs = scope;
 	return (exchange->caller.scopes & scope) != 0 ? PEN_GATE_OPEN : PEN_GATE_NO_SCOPE;
@@ -48,12 +55,12 @@ enum pen_gate pen_gate_check(struct pen_exchange *exchange, unsigned scope)
 	const char *host = pen_exchange_field(exchange, "Host");
 
 	/* Another site's page may resolve its own name to this machine; its requests tell that
-	 * name. */
+	 * name. No page reaches a socket in the file system. */
 	if (!host)
 		return PEN_GATE_NO_HOST;
-	if (!is_our_name(exchange, host))
+	if (!exchange->is_local && !is_our_name(exchange, host))
 		return PEN_GATE_WRONG_HOST;
-	if (is_foreign(exchange))
+	if (!exchange->is_local && is_foreign(exchange))
 		return PEN_GATE_FOREIGN;
 	return check_caller(exchange, scope);
 }

@@ -11,6 +11,7 @@
 #include "server/drain.h"
 #include "server/exchange.h"
 #include "server/framing.h"
+#include "server/listener.h"
 #include "server/turns.h"
 #include "server/visitor.h"
 #include "server/watch.h"
@@ -26,12 +27,20 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { BACKLOG = 511 };
+/* A way in: a listening socket with a libmicrohttpd of its own. */
+struct entrance {
+	struct pen_http *http;
+	struct MHD_Daemon *daemon;
+	struct pen_turns turns;
+	bool is_local; /* a socket in the file system, whose clients' users are known */
+};
+
+enum { PUBLIC, LOCAL, ENTRANCES };
 
 struct pen_http {
 	struct pen_api api;
-	struct MHD_Daemon *daemon;
-	struct pen_turns turns; /* of the daemon */
+	struct entrance entrances[ENTRANCES];
+	unsigned open; /* of those that take turns */
 	struct pen_drains drains;
 	struct pen_visitors *visitors;
 	const struct pen_certificate *certificate; /* or NULL */
@@ -41,12 +50,14 @@ struct pen_http {
 	uint32_t instance;     /* a random number that is not another coordinator's, likely */
 	uint64_t request_count;
 	uint16_t port;
+	const char *path; /* of the local entrance; NULL: none */
 };
 
 /* An exchange with libmicrohttpd's side of it. */
 struct request {
 	struct pen_exchange exchange;
 	struct pen_http *http;		   /* NULL when the service has gone */
+	struct entrance *entrance;	   /* valid as long as that */
 	struct MHD_Connection *connection; /* NULL when the client has gone */
 	struct MHD_Response *response;	   /* the answer, until it is queued */
 	unsigned status;
@@ -86,9 +97,17 @@ static void name_request(struct request *request)
 	*pen_text_hex(end, ++request->http->request_count) = '\0';
 }
 
-static struct request *request_create(struct pen_http *http, struct MHD_Connection *connection,
+static bool is_owner(const struct entrance *entrance, struct MHD_Connection *connection)
+{
+	return entrance->is_local && pen_listener_peer_is_owner(MHD_get_connection_info(
+					     connection, MHD_CONNECTION_INFO_CONNECTION_FD)
+									->connect_fd);
+}
+
+static struct request *request_create(struct entrance *entrance, struct MHD_Connection *connection,
 	const char *path, enum pen_method method)
 {
+	struct pen_http *http = entrance->http;
 	struct request *request = calloc(1, sizeof *request);
 
 	if (!request)
@@ -101,7 +120,10 @@ static struct request *request_create(struct pen_http *http, struct MHD_Connecti
 	request->exchange.api = &http->api;
 	request->exchange.method = method;
 	pen_buf_init(&request->exchange.body, PEN_HTTP_BODY_MAX);
+	request->exchange.is_local = entrance->is_local;
+	request->exchange.is_owner = is_owner(entrance, connection);
 	request->http = http;
+	request->entrance = entrance;
 	request->connection = connection;
 	name_request(request);
 	request->next = http->requests;
@@ -222,9 +244,9 @@ static struct MHD_Response *response_of(struct pen_answer *answer)
 
 static void look_again(void *user)
 {
-	struct pen_http *http = user;
+	struct entrance *entrance = user;
 
-	pen_turns_ask(&http->turns);
+	pen_turns_ask(&entrance->turns);
 }
 
 /* Counts an answer until it is taken; when those of all fill the memory for them, it is refused. */
@@ -263,7 +285,7 @@ void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answe
 		return;
 	request->suspended = false;
 	MHD_resume_connection(request->connection);
-	look_again(request->http);
+	look_again(request->entrance);
 }
 
 void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer *answer,
@@ -273,7 +295,7 @@ void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer 
 
 	assert(request_awaited(request) && !request->suspended);
 	request->response =
-		pen_stream_response(source, request->connection, look_again, request->http);
+		pen_stream_response(source, request->connection, look_again, request->entrance);
 	request->status = answer->status;
 	request->streams = true;
 	if (request->response && !add_fields(request->response, answer)) {
@@ -502,11 +524,12 @@ static enum MHD_Result access_handler(void *user, struct MHD_Connection *connect
 	const char *url, const char *method, const char *version, const char *upload_data,
 	size_t *upload_data_size, void **con_cls)
 {
+	struct entrance *entrance = user;
 	struct request *request = *con_cls;
 
-	pen_turns_moved(&((struct pen_http *)user)->turns);
+	pen_turns_moved(&entrance->turns);
 	if (!request) {
-		request = request_create(user, connection, url, method_of(method));
+		request = request_create(entrance, connection, url, method_of(method));
 		*con_cls = request;
 		pen_visitor_sends(visitor_of(connection));
 		return request ? begin(request, version) : MHD_NO;
@@ -569,37 +592,6 @@ static void connection_changed(void *user, struct MHD_Connection *connection, vo
 
 /* The loop's side */
 
-static int listen_on(const struct sockaddr_storage *address, int *ret_fd, struct pen_error *err)
-{
-	const socklen_t size = address->ss_family == AF_INET6 ? sizeof(struct sockaddr_in6)
-							      : sizeof(struct sockaddr_in);
-	int fd = socket(address->ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-	int one = 1;
-
-	if (fd < 0)
-		return pen_error_system(err, errno, "socket");
-	(void)setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
-	if (bind(fd, (const struct sockaddr *)address, size) < 0 || listen(fd, BACKLOG) < 0) {
-		int errno_value = errno;
-
-		(void)close(fd);
-		return pen_error_system(err, errno_value, "cannot listen for HTTP");
-	}
-	*ret_fd = fd;
-	return 0;
-}
-
-static uint16_t port_of(int fd)
-{
-	struct sockaddr_storage bound = {0};
-	socklen_t size = sizeof bound;
-	const struct sockaddr_in *v4 = (const struct sockaddr_in *)&bound;
-	const struct sockaddr_in6 *v6 = (const struct sockaddr_in6 *)&bound;
-
-	(void)getsockname(fd, (struct sockaddr *)&bound, &size);
-	return ntohs(bound.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
-}
-
 /*
  * A connection gets a copy of what is shown now, so that the certificate may change while others
  * are in the middle of their handshake.
@@ -622,36 +614,66 @@ static int show_certificate(struct gnutls_session_int *session,
 /* TLS 1.3 and nothing before it. */
 static const char tls_priorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3";
 
+/* The socket passes to the daemon. */
 static int start_daemon(
-	struct pen_http *http, const struct pen_http_options *options, struct pen_error *err)
+	struct entrance *entrance, int fd, unsigned connections_max, struct pen_error *err)
 {
-	const struct pen_certificate *certificate = options->certificate;
-	unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (certificate ? MHD_USE_TLS : 0);
+	struct pen_http *http = entrance->http;
+	const bool has_tls = http->certificate && !entrance->is_local;
+	unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (has_tls ? MHD_USE_TLS : 0);
 	struct MHD_OptionItem tls[] = {
 		{MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)(uintptr_t)show_certificate},
 		{MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)tls_priorities},
 		{MHD_OPTION_END, 0, NULL},
 	};
-	int fd = options->socket;
-	int r = fd < 0 ? listen_on(&options->address, &fd, err) : 0;
 
-	if (r < 0)
-		return r;
-	http->port = port_of(fd);
-	if (!certificate)
+	if (!has_tls)
 		tls[0].option = MHD_OPTION_END;
-	http->daemon = MHD_start_daemon(flags, 0, connection_welcome, http, access_handler, http,
-		MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED, request_completed, http,
-		MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http,
+	entrance->daemon = MHD_start_daemon(flags, 0, connection_welcome, http, access_handler,
+		entrance, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_NOTIFY_COMPLETED,
+		request_completed, http, MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http,
 		MHD_OPTION_UNESCAPE_CALLBACK, unescape, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1,
-		MHD_OPTION_CONNECTION_LIMIT, PEN_HTTP_CONNECTIONS_MAX,
-		MHD_OPTION_CONNECTION_TIMEOUT, PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-		(size_t)PEN_HTTP_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY,
-		tls, MHD_OPTION_END);
-	if (http->daemon)
+		MHD_OPTION_CONNECTION_LIMIT, connections_max, MHD_OPTION_CONNECTION_TIMEOUT,
+		PEN_HTTP_IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)PEN_HTTP_MEMORY,
+		MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+	if (entrance->daemon)
 		return 0;
 	(void)close(fd);
 	return pen_error_set(err, PEN_EIO, "the HTTP server does not start");
+}
+
+static int open_entrance(struct pen_http *http, uv_loop_t *loop, int which, int fd,
+	unsigned connections_max, struct pen_error *err)
+{
+	struct entrance *entrance = &http->entrances[which];
+	int r;
+
+	*entrance = (struct entrance){.http = http, .is_local = which == LOCAL};
+	r = start_daemon(entrance, fd, connections_max, err);
+	if (r == 0)
+		r = pen_turns_start(&entrance->turns, loop, entrance->daemon, http->visitors, err);
+	if (r == 0)
+		http->open++;
+	return r;
+}
+
+static int open_entrances(struct pen_http *http, uv_loop_t *loop,
+	const struct pen_http_options *options, struct pen_error *err)
+{
+	int fd = options->socket;
+	int r = fd < 0 ? pen_listener_tcp(&options->address, &fd, err) : 0;
+
+	if (r < 0)
+		return r;
+	http->port = pen_listener_port(fd);
+	r = open_entrance(http, loop, PUBLIC, fd, PEN_HTTP_CONNECTIONS_MAX, err);
+	if (r < 0 || options->path[0] == '\0')
+		return r;
+	r = pen_listener_unix(options->path, &fd, err);
+	if (r < 0)
+		return r;
+	http->path = options->path;
+	return open_entrance(http, loop, LOCAL, fd, PEN_HTTP_LOCAL_MAX, err);
 }
 
 int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
@@ -680,9 +702,7 @@ int pen_http_create(uv_loop_t *loop, const struct pen_http_options *options,
 	if (r == 0)
 		r = pen_visitors_create(loop, http, &http->visitors, err);
 	if (r == 0)
-		r = start_daemon(http, options, err);
-	if (r == 0)
-		r = pen_turns_start(&http->turns, loop, http->daemon, http->visitors, err);
+		r = open_entrances(http, loop, options, err);
 	if (r < 0) {
 		pen_http_destroy(http);
 		return r;
@@ -717,22 +737,38 @@ static void let_go_of_requests(struct pen_http *http)
 	}
 }
 
+static void entrance_closed(void *user)
+{
+	struct pen_http *http = user;
+
+	if (--http->open == 0)
+		free(http);
+}
+
+static void close_entrances(struct pen_http *http)
+{
+	for (int i = 0; i < ENTRANCES; i++) {
+		struct entrance *entrance = &http->entrances[i];
+
+		if (entrance->turns.handles > 0)
+			pen_turns_close(&entrance->turns, entrance_closed, http);
+		if (entrance->daemon)
+			MHD_stop_daemon(entrance->daemon);
+	}
+	if (http->path)
+		pen_listener_remove(http->path);
+}
+
 void pen_http_destroy(struct pen_http *http)
 {
-	bool has_turns;
-
 	if (!http)
 		return;
-	has_turns = http->turns.handles > 0;
 	pen_drains_finish(&http->drains);
 	let_go_of_requests(http);
 	pen_watches_destroy(http->api.watches);
 	pen_recent_finish(&http->api.recent);
-	if (has_turns)
-		pen_turns_close(&http->turns, free, http);
-	if (http->daemon)
-		MHD_stop_daemon(http->daemon);
+	close_entrances(http);
 	pen_visitors_destroy(http->visitors);
-	if (!has_turns)
+	if (http->open == 0)
 		free(http);
 }

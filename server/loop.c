@@ -262,6 +262,7 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		.farm = server->farm,
 		.assets_dir = server->data.assets,
 		.scenes_dir = server->data.scenes,
+		.path = server->config->listen_unix,
 	};
 	char encoder[PATH_MAX];
 	int r = find_listener(server->config, &options, err);
@@ -325,9 +326,12 @@ static int announce(struct pen_server *server, const char *worker_host, struct p
 	pen_ceiling_format(&ceiling, memory);
 	pen_log(PEN_LOG_INFO, "%s", memory);
 	pen_supervisor_ready(&server->supervisor, "serving");
-	(void)printf("penumbra: %s://%s:%u, workers %s:%u\npenumbra: ready\n",
+	(void)printf("penumbra: %s://%s:%u, workers %s:%u\n",
 		server->certificate.cert ? "https" : "http",
 		host_of(&server->config->listen, host, sizeof host), http, worker_host, workers);
+	if (server->config->listen_unix[0] != '\0')
+		(void)printf("penumbra: unix:%s\n", server->config->listen_unix);
+	(void)printf("penumbra: ready\n");
 	(void)fflush(stdout);
 	return 0;
 }

@@ -190,11 +190,12 @@ bool pen_visitors_get_on(struct pen_visitors *visitors)
 	uint64_t bytes;
 
 	for (struct pen_visitor *visitor = visitors->first; visitor; visitor = visitor->next) {
-		if (visitor->doing != TAKES || !socket_bytes(visitor, &bytes) ||
-			bytes == visitor->seen)
+		if (visitor->doing != TAKES)
 			continue;
+		if (!socket_bytes(visitor, &bytes))
+			return true; /* as far as can be told */
+		gets_on = gets_on || bytes != visitor->seen;
 		visitor->seen = bytes;
-		gets_on = true;
 	}
 	return gets_on;
 }

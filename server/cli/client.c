@@ -13,6 +13,8 @@
 #include <string.h>
 #include <unistd.h>
 
+static const char unix_scheme[] = "unix:";
+
 enum { CONNECT_S = 5, SILENCE_S = 60, STARTING_MS = 2000, RETRY_MS = 50 };
 
 struct pen_client {
@@ -118,6 +120,14 @@ static void show_credentials(struct pen_client *client)
 		curl_easy_setopt(client->curl, CURLOPT_CAINFO, credentials->ca_file);
 }
 
+/* The path of the server's socket; NULL when it has an address. */
+static const char *socket_of(const struct pen_client *client)
+{
+	const size_t length = sizeof unix_scheme - 1;
+
+	return strncmp(client->url, unix_scheme, length) == 0 ? client->url + length : NULL;
+}
+
 static void prepare(struct pen_client *client, int fd)
 {
 	CURL *curl = client->curl;
@@ -145,6 +155,8 @@ static void prepare(struct pen_client *client, int fd)
 	curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, handle_bytes);
 	curl_easy_setopt(curl, CURLOPT_WRITEDATA, client);
 	curl_easy_setopt(curl, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_3);
+	if (socket_of(client))
+		curl_easy_setopt(curl, CURLOPT_UNIX_SOCKET_PATH, socket_of(client));
 	show_credentials(client);
 }
 
@@ -169,7 +181,7 @@ static bool is_refused(const struct pen_client *client, CURLcode code)
 
 	return code == CURLE_COULDNT_CONNECT &&
 	       curl_easy_getinfo(client->curl, CURLINFO_OS_ERRNO, &reason) == CURLE_OK &&
-	       reason == ECONNREFUSED;
+	       (reason == ECONNREFUSED || (reason == ENOENT && socket_of(client)));
 }
 
 static int transfer_failure(struct pen_client *client, CURLcode code, struct pen_error *err)
@@ -217,7 +229,8 @@ static int perform(
 	CURLcode code;
 
 	pen_buf_init(&url, PEN_URL_BYTES_MAX);
-	if (pen_buf_printf(&url, "%s%s", client->url, path) < 0) {
+	if (pen_buf_printf(
+		    &url, "%s%s", socket_of(client) ? "http://localhost" : client->url, path) < 0) {
 		pen_buf_finish(&url);
 		return pen_error_set(err, PEN_EIO, "the address is too long");
 	}

@@ -18,7 +18,8 @@ struct pen_client;
 
 struct pen_credentials;
 
-/* url: "http://HOST:PORT", as the user typed it. credentials are borrowed; NULL: none. */
+/* url: "http://HOST:PORT", or "unix:PATH", as the user typed it. credentials are borrowed; NULL:
+ * none. */
 int pen_client_create(const char *url, const struct pen_credentials *credentials,
 	struct pen_client **ret_client, struct pen_error *err);
 void pen_client_destroy(struct pen_client *client);

@@ -86,6 +86,7 @@ int pen_credentials_check(
 
 	host = host ? host + strlen("://") : url;
 	if (credentials->token[0] == '\0' || strncasecmp(url, "https://", 8) == 0 ||
+		strncmp(url, "unix:", 5) == 0 ||
 		(!memchr(host, '@', strcspn(host, "/?#")) && is_local(host)))
 		return 0;
 	return pen_error_set(err, PEN_EINVALID,

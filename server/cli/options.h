@@ -56,7 +56,8 @@ enum pen_option {
 		"ca-file", required_argument, NULL, PEN_OPTION_CA_FILE                             \
 	}
 #define PEN_SERVER_OPTIONS_HELP                                                                    \
-	"  --server URL         default: $PENUMBRA_SERVER or http://127.0.0.1:8080\n"              \
+	"  --server URL         default: $PENUMBRA_SERVER or http://127.0.0.1:8080; or "           \
+	"unix:PATH\n"                                                                              \
 	"  --token-file FILE    what the server knows us by ($PENUMBRA_TOKEN_FILE, or the\n"       \
 	"                       token itself in $PENUMBRA_TOKEN)\n"                                \
 	"  --ca-file FILE       certificates to trust, or the server's own ($PENUMBRA_CA_FILE)\n"

@@ -21,6 +21,7 @@ complete -c penumbra -n "__fish_seen_subcommand_from render watch" -l quiet
 complete -c penumbra -n "__fish_seen_subcommand_from submit status list watch cancel pause resume priority workers drain reset" -l server -x
 complete -c penumbra -n "__fish_seen_subcommand_from render submit status list watch cancel pause resume priority workers drain reset" -l json -d "print JSON"
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen -x
+complete -c penumbra -n "__fish_seen_subcommand_from serve" -l listen-unix -r
 complete -c penumbra -n "__fish_seen_subcommand_from serve" -l worker-listen -x
 complete -c penumbra -n "__fish_seen_subcommand_from serve fsck backup restore token worker cert" -l data -r
 complete -c penumbra -n "__fish_seen_subcommand_from fsck" -l repair
