@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/limits.h"
 #include "core/base/log.h"
 #include "core/base/sandbox_probe.h"
 #include "worker/config.h"
@@ -6,6 +7,7 @@
 #include "worker/pool.h"
 #include "worker/zygote.h"
 
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -43,6 +45,13 @@ static int check_sandbox(enum pen_sandbox_mode mode, struct pen_error *err)
 	return 0;
 }
 
+/* Else what a tile needs is given back to the system with each, and comes again page by page. */
+static void keep_heap(void)
+{
+	(void)mallopt(M_MMAP_THRESHOLD, 2 * PEN_FRAME_PAYLOAD_MAX);
+	(void)mallopt(M_TRIM_THRESHOLD, 4 * PEN_FRAME_PAYLOAD_MAX);
+}
+
 /* The zygote is forked before the key is read: it and all below it never see it. */
 static int run(const struct pen_worker_config *config, struct pen_error *err)
 {
@@ -57,6 +66,7 @@ static int run(const struct pen_worker_config *config, struct pen_error *err)
 	if (pen_zygote_start(config, &zygote, err) < 0)
 		return PEN_WORKER_FAILED;
 	(void)signal(SIGPIPE, SIG_IGN);
+	keep_heap();
 	if (read_key(config, &key, err) == 0)
 		code = pen_pool_run(config, &zygote, &key, err);
 	explicit_bzero(&key, sizeof key);
