@@ -6,6 +6,7 @@
 #include "server/exchange.h"
 #include "server/farm.h"
 #include "server/job.h"
+#include "server/held.h"
 #include "server/rate.h"
 #include "server/recent.h"
 
@@ -26,6 +27,7 @@ struct pen_api {
 	struct pen_guard *guard; /* NULL: everybody may do all */
 	struct pen_rates rates;	 /* of what is asked to be rendered */
 	struct pen_recent recent;
+	struct pen_held held;
 	unsigned streams;	/* of events, that have clients */
 	const char *assets_dir; /* see server/asset_file.h */
 	const char *scenes_dir; /* see server/scene_file.h */

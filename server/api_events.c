@@ -24,6 +24,7 @@ struct events {
 	uint64_t seen;	 /* revision, as the client knows it */
 	int64_t told_ms; /* when it was told anything last; 0: never */
 	bool watching;
+	bool is_held; /* as the client knows it: by any worker */
 };
 
 static void handle_due(struct pen_watch *watch)
@@ -49,16 +50,22 @@ static bool wait_on(struct events *events, struct pen_stream *stream)
 	return events->watching;
 }
 
-static void write_event(struct pen_buf *text, const char *name, json_t *data)
+/* line is JSON; NULL when there was no memory for it. */
+static void write_line(struct pen_buf *text, const char *name, const char *line)
 {
-	char *line = pen_tree_text(data);
-
 	(void)pen_buf_printf(text, "event: %s\ndata: ", name);
 	if (line)
 		(void)pen_buf_text(text, line);
 	else
 		text->failed = true;
 	(void)pen_buf_text(text, "\n");
+}
+
+static void write_event(struct pen_buf *text, const char *name, json_t *data)
+{
+	char *line = pen_tree_text(data);
+
+	write_line(text, name, line);
 	free(line);
 }
 
@@ -101,13 +108,28 @@ static void write_progress(struct pen_buf *text, const struct pen_job *job)
 	write_id(text, job->revision);
 }
 
-static void write_change(struct pen_buf *text, const struct pen_job *job, uint64_t since)
+/* Who is at work on what, if anybody is or was when it was told last; without an id, like tiles. */
+static void write_held(struct events *events, struct pen_buf *text, const struct pen_job *job)
+{
+	struct pen_held *held = &events->api->held;
+
+	pen_held_refresh(held, events->api->farm, job, pen_clock_ms());
+	if (held->count == 0 && !events->is_held)
+		return;
+	events->is_held = held->count > 0;
+	write_line(text, "held", held->text);
+	(void)pen_buf_text(text, "\n");
+}
+
+static void write_change(
+	struct events *events, struct pen_buf *text, const struct pen_job *job, uint64_t since)
 {
 	struct pen_job_frame frames[PEN_JOB_FRAMES_MAX];
 	uint32_t count = pen_jobs_frames_running(job, frames);
 
 	for (uint32_t i = 0; i < count; i++)
 		write_tiles(text, job, &frames[i], since);
+	write_held(events, text, job);
 	write_progress(text, job);
 }
 
@@ -138,7 +160,7 @@ static bool read_events(void *user, struct pen_stream *stream, struct pen_buf *t
 		return write_done(text, job, since);
 	events->seen = job->revision;
 	if (job->revision != since)
-		write_change(text, job, since);
+		write_change(events, text, job, since);
 	else
 		(void)pen_buf_text(text, ": ping\n\n");
 	return true;

@@ -410,6 +410,12 @@ bool pen_dispatch_text(const struct pen_dispatch *dispatch, const struct pen_sha
 	       dispatch->jobs.text(dispatch->jobs.user, sha256, ret_fd, ret_size);
 }
 
+size_t pen_dispatch_held(const struct pen_dispatch *dispatch, uint64_t number,
+	struct pen_sched_held *ret_held, size_t max)
+{
+	return pen_sched_held(dispatch->sched, number, ret_held, max);
+}
+
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch)
 {
 	return pen_sched_waiting(dispatch->sched);

@@ -123,6 +123,10 @@ void pen_dispatch_report(struct pen_dispatch *dispatch, const struct pen_msg_sce
 bool pen_dispatch_text(const struct pen_dispatch *dispatch, const struct pen_sha256 *sha256,
 	int *ret_fd, uint64_t *ret_size);
 
+/* See pen_sched_held. */
+size_t pen_dispatch_held(const struct pen_dispatch *dispatch, uint64_t number,
+	struct pen_sched_held *ret_held, size_t max);
+
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch);
 uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch);
 

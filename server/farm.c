@@ -588,6 +588,12 @@ struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm)
 	return totals;
 }
 
+size_t pen_farm_held(
+	const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held, size_t max)
+{
+	return pen_dispatch_held(farm->dispatch, number, ret_held, max);
+}
+
 uint64_t pen_farm_queue_depth(const struct pen_farm *farm)
 {
 	return pen_dispatch_waiting(farm->dispatch);

@@ -71,6 +71,10 @@ struct pen_farm_totals {
 };
 struct pen_farm_totals pen_farm_totals(const struct pen_farm *farm);
 
+/* What workers are at work on for a job, by its number; see pen_sched_held. */
+size_t pen_farm_held(
+	const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held, size_t max);
+
 /* Units that could be leased now, and why they wait: "" when none do, else a sentence. */
 uint64_t pen_farm_queue_depth(const struct pen_farm *farm);
 const char *pen_farm_why_waiting(const struct pen_farm *farm);

@@ -667,7 +667,7 @@ static int open_entrances(struct pen_http *http, uv_loop_t *loop,
 		return r;
 	http->port = pen_listener_port(fd);
 	r = open_entrance(http, loop, PUBLIC, fd, PEN_HTTP_CONNECTIONS_MAX, err);
-	if (r < 0 || options->path[0] == '\0')
+	if (r < 0 || !options->path)
 		return r;
 	r = pen_listener_unix(options->path, &fd, err);
 	if (r < 0)
@@ -767,6 +767,7 @@ void pen_http_destroy(struct pen_http *http)
 	let_go_of_requests(http);
 	pen_watches_destroy(http->api.watches);
 	pen_recent_finish(&http->api.recent);
+	pen_held_finish(&http->api.held);
 	close_entrances(http);
 	pen_visitors_destroy(http->visitors);
 	if (http->open == 0)

@@ -22,7 +22,7 @@ struct pen_http;
 struct pen_http_options {
 	struct sockaddr_storage address; /* port 0: any */
 	int socket;			 /* a listening one to use instead, or -1 */
-	const char *path;		 /* of a socket in the file system, borrowed; "": none */
+	const char *path;		 /* of a socket in the file system, borrowed; NULL: none */
 	const struct pen_certificate *certificate; /* borrowed, asked at each connection; NULL: no
 						      TLS */
 	struct pen_jobs *jobs;

@@ -262,7 +262,7 @@ static int start_http(struct pen_server *server, struct pen_error *err)
 		.farm = server->farm,
 		.assets_dir = server->data.assets,
 		.scenes_dir = server->data.scenes,
-		.path = server->config->listen_unix,
+		.path = server->config->listen_unix[0] ? server->config->listen_unix : NULL,
 	};
 	char encoder[PATH_MAX];
 	int r = find_listener(server->config, &options, err);

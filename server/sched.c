@@ -440,6 +440,25 @@ const struct pen_sched_lease *pen_sched_find_lease(
 	return holder ? find_lease(holder, lease) : NULL;
 }
 
+size_t pen_sched_held(
+	const struct pen_sched *sched, uint64_t job, struct pen_sched_held *ret_held, size_t max)
+{
+	size_t count = 0;
+
+	for (size_t i = 0; i < sched->worker_count; i++) {
+		const struct pen_sched_hand *worker = sched->workers[i];
+
+		for (uint32_t k = 0; k < worker->lease_max && count < max; k++) {
+			const struct pen_sched_lease *lease = &worker->leases[k];
+
+			if (lease->id != 0 && lease->job == job && lease->begun_ms >= 0)
+				ret_held[count++] = (struct pen_sched_held){
+					worker->id, lease->frame, lease->tile};
+		}
+	}
+	return count;
+}
+
 uint64_t pen_sched_waiting(const struct pen_sched *sched)
 {
 	uint64_t count = 0;

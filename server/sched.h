@@ -183,6 +183,16 @@ struct pen_sched_actions pen_sched_step(
 const struct pen_sched_lease *pen_sched_find_lease(
 	const struct pen_sched *sched, uint64_t worker, uint64_t lease);
 
+/* A unit that a worker is at work on. */
+struct pen_sched_held {
+	uint64_t worker;
+	uint32_t frame, tile;
+};
+
+/* Those of a job, in order of workers, at most max; tells how many. */
+size_t pen_sched_held(
+	const struct pen_sched *sched, uint64_t job, struct pen_sched_held *ret_held, size_t max);
+
 /* Units that could be leased now. */
 uint64_t pen_sched_waiting(const struct pen_sched *sched);
 

@@ -161,6 +161,7 @@
 #define PEN_STREAMS_MAX		 1024u	      /* of events */
 #define PEN_STREAM_TEXT_MAX	 (256u << 10) /* of one, that its client has not taken */
 #define PEN_EVENT_TILES_MAX	 512u
+#define PEN_EVENT_HELD_MAX	 256u /* tiles that workers are at work on */
 #define PEN_METRICS_BYTES_MAX	 (1u << 20)
 #define PEN_EXPOSURE_MAX	 64.0
 

@@ -29,6 +29,7 @@ from figures import Page  # noqa: E402
 TESTS = farm.BIN.parent / "tests"
 CORES = 2
 COPIES_S = 0.7  # of a replay
+COORDINATORS = 7
 
 
 class Copies:
@@ -129,10 +130,10 @@ def main():
     doc = json.loads((HERE.parent / "reference/scenes/five_balls.json").read_text())
     doc["image"].update(width=960, height=540)
     doc["sampling"] = {"mode": "uniform", "samples": options.cpu_samples}
-    own, whole, count = coordinator(doc)
-    page.line("processor time of a 64x64 unit, ms", [1e3 * whole / count])
-    page.line("the coordinator's of it, ms", [1e3 * own / count])
-    page.line("the coordinator's of all, %", [100 * own / whole], most=1)
+    found = [coordinator(doc) for _ in range(COORDINATORS)]
+    page.line("processor time of a 64x64 unit, ms", [1e3 * whole / count for _, whole, count in found])
+    page.line("the coordinator's of it, ms", [1e3 * own / count for own, _, count in found])
+    page.line("the coordinator's of all, %", [100 * own / whole for own, whole, _ in found], most=1)
     return int(not page.holds)
 
 

@@ -151,6 +151,23 @@ def test_a_whole_render_is_told():
         assert tiles and all(x < 256 and y < 144 and w * h > 0 for x, y, w, h in tiles)
 
 
+def test_who_is_at_work_is_told():
+    """Breaks if a tile is told of a worker that does not hold it, none is, or the last are never taken
+    back: when nobody may go on, nobody holds anything."""
+    with farm.Farm(2) as service:
+        worker, = farm.wait_for(lambda: service.get("/v1/workers")["workers"], 20, "a worker")
+        render = service.submit(scene.build(256, 144, 65536, [scene.sphere()]))
+        with Stream(service.http_port, render) as stream:
+            held = (event.data["workers"] for event in stream if event.name == "held")
+            busy = next(workers for workers in held if workers and len(workers[0]["tiles"]) == 2)
+            assert [(w["id"], w["name"]) for w in busy] == [(worker["id"], worker["name"])]
+            tiles = [tuple(tile) for tile in busy[0]["tiles"]]
+            assert len(set(tiles)) == 2
+            assert all(frame == 1 and x + w <= 256 and y + h <= 144 and w * h > 0 for frame, x, y, w, h in tiles)
+            assert service.patch(render, {"state": "paused"}).status == 200
+            assert next(workers for workers in held if not workers) == []
+
+
 def test_stopping_with_streams_open():
     """Breaks if the service cannot end while clients follow; __exit__ checks the code."""
     with Server() as server:

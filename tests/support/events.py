@@ -10,6 +10,7 @@ import contract
 Event = collections.namedtuple("Event", "name id data at")
 
 SCHEMAS = {"progress": {"$ref": "#/components/schemas/Progress"},
+           "held": {"$ref": "#/components/schemas/Held"},
            "tiles": {"$ref": "#/components/schemas/Tiles"},
            "done": {"anyOf": [{"$ref": "#/components/schemas/Render"}, {"type": "null"}]}}
 

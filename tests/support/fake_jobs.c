@@ -347,6 +347,13 @@ const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t aft
 	return after < worker.id ? &worker : NULL;
 }
 
+size_t pen_farm_held(const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held,
+	size_t max)
+{
+	(void)farm, (void)number, (void)ret_held, (void)max;
+	return 0;
+}
+
 int pen_farm_drain(struct pen_farm *farm, uint64_t id, struct pen_error *err)
 {
 	(void)farm;

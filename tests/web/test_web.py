@@ -74,7 +74,7 @@ def test_tiles_arrive_and_a_render_is_cancelled(browser, service):
     """Breaks if the image is only seen at its end, or the buttons do something else than they say."""
     running = service.submit({"scene": SCENE, "override": LONG})
     service.wait_progress(running)
-    browser.play("live", service, render=running)
+    browser.play("live", service, render=running, worker=service.get("/v1/workers")["workers"][0]["name"])
     assert service.request("GET", f"/v1/renders/{running}").status == 410
 
 

@@ -35,13 +35,14 @@ async function read(path, signal, take) {
 }
 
 /**
- * Follows a render: onTiles({frame, revision, tiles}), onProgress(progress), onDone(render or null).
+ * Follows a render: onTiles({frame, revision, tiles}), onHeld({workers}), onProgress(progress),
+ * onDone(render or null).
  * When the stream breaks it begins anew, without a last event's id: a coordinator that was started
  * again counts its revisions from one, and tells what there is. Tells a function that ends it.
  */
-export function follow(path, {onTiles, onProgress, onDone}) {
+export function follow(path, {onTiles, onHeld, onProgress, onDone}) {
     const end = new AbortController();
-    const takers = {tiles: onTiles, progress: onProgress, done: (render) => {
+    const takers = {tiles: onTiles, held: onHeld, progress: onProgress, done: (render) => {
         end.abort();
         onDone(render);
     }};

@@ -7,7 +7,7 @@ const PACE = 2; // fetching takes at most a third of the time: encoding takes fr
 
 /**
  * Brings a render onto the stage while it is being rendered: the tiles that the events tell are cut
- * out of its image, whose path is given, and glow unless it is calm. "progress" and "done" come with what the events say in detail.
+ * out of its image, whose path is given, and glow unless it is calm. "held", "progress" and "done" come with what the events say in detail.
  */
 export class Live extends EventTarget {
     #path;
@@ -25,6 +25,7 @@ export class Live extends EventTarget {
         this.#calm = calm;
         this.#stop = follow(`${renderPath(id)}/events`, {
             onTiles: ({tiles}) => this.#take(tiles),
+            onHeld: ({workers}) => this.#tell("held", workers),
             onProgress: (progress) => this.#tell("progress", progress),
             onDone: (render) => this.#finish(render),
         });

@@ -13,6 +13,7 @@ export class Stage {
     #scale = 1;
     #size = {width: 1, height: 1};
     #tiles = [];
+    #marks = [];
     #calm = matchMedia("(prefers-reduced-motion: reduce)");
 
     constructor(canvas, glow) {
@@ -28,6 +29,7 @@ export class Stage {
             canvas.height = Math.max(1, Math.round(height * this.#scale));
         }
         this.#tiles = [];
+        this.#marks = [];
         this.#size = {width, height};
     }
 
@@ -59,10 +61,39 @@ export class Stage {
         this.#tiles.push(...tiles.map((tile) => ({tile, until})));
     }
 
+    /** Outlines rectangles, {tile, color, label}, until others are marked. */
+    mark(marks) {
+        this.#marks = marks;
+        if (this.#tiles.length === 0)
+            requestAnimationFrame(() => this.#drawGlow());
+    }
+
+    /** Just inside the rectangle, light on dark, so that it is seen on every image. */
+    #drawMarks(context) {
+        const width = Math.max(1, this.#glow.width / 480), size = 7 * width;
+        context.font = `${size}px sans-serif`;
+        for (const {tile, color, label} of this.#marks) {
+            const [x, y, w, h] = tile.map((value) => value * this.#scale);
+            for (const [style, line] of [["#000a", 3 * width], [color, width]]) {
+                context.strokeStyle = style;
+                context.lineWidth = line;
+                context.strokeRect(x + 1.5 * width, y + 1.5 * width, w - 3 * width, h - 3 * width);
+            }
+            if (h < 2 * size || context.measureText(label).width > w - 2 * size)
+                continue;
+            context.strokeStyle = "#000a";
+            context.lineWidth = 2 * width;
+            context.strokeText(label, x + size / 2 + width, y + 1.4 * size);
+            context.fillStyle = color;
+            context.fillText(label, x + size / 2 + width, y + 1.4 * size);
+        }
+    }
+
     #drawGlow() {
         const context = this.#glow.getContext("2d");
         const now = performance.now();
         context.clearRect(0, 0, this.#glow.width, this.#glow.height);
+        this.#drawMarks(context);
         this.#tiles = this.#tiles.filter(({until}) => until > now);
         context.strokeStyle = getComputedStyle(this.#glow).color;
         context.lineWidth = Math.max(1, this.#glow.width / 640);

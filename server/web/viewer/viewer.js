@@ -7,6 +7,7 @@ import {wholePath} from "../service/picture.js";
 import {Compare} from "./compare.js";
 import {DeepZoom} from "./deep.js";
 import {heat} from "./heat.js";
+import {Holders} from "./holders.js";
 import {Live} from "./live.js";
 import {Stage} from "./stage.js";
 import {Zoom} from "./zoom.js";
@@ -22,6 +23,7 @@ export class Viewer extends EventTarget {
     look = {exposure: undefined, layer: ""};
     #deep = new DeepZoom(byId("viewport"), byId("detail"), this.zoom);
     #compare = new Compare(byId("sheet"));
+    #holders = new Holders(this.stage);
     #live = null;
     #resting = false;
     #loads = new Latest(() => this.#load());
@@ -40,6 +42,7 @@ export class Viewer extends EventTarget {
     close() {
         this.#live?.close();
         this.#live = null;
+        this.#holders.show([]);
         this.render = null;
         this.#deep.show(null);
         this.#compare.hide();
@@ -82,6 +85,7 @@ export class Viewer extends EventTarget {
         this.#resting = true;
         this.#live?.close();
         this.#live = null;
+        this.#holders.show([]);
         this.#deep.show(null);
         this.#compare.hide();
         this.say("");
@@ -110,12 +114,14 @@ export class Viewer extends EventTarget {
                 return;
         }
         this.#live = new Live(this.render.id, wholePath(this.render, this.#query()), this.stage);
+        this.#live.addEventListener("held", ({detail}) => this.#holders.show(detail));
         this.#live.addEventListener("progress", ({detail}) => this.#tell({...this.render, ...detail}));
         this.#live.addEventListener("done", ({detail}) => this.#finish(detail));
     }
 
     #finish(render) {
         this.#live = null;
+        this.#holders.show([]);
         if (!render) {
             this.say("This render was removed.");
             this.dispatchEvent(new Event("removed"));
