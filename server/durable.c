@@ -40,23 +40,51 @@ static int write_temporary(int dir, const char *name, const void *data, size_t s
 	return r;
 }
 
-int pen_durable_write(
-	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+static int open_directory(const char *dir, struct pen_error *err)
 {
 	int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+
+	return fd < 0 ? pen_error_system(err, errno, "cannot open the directory %s", dir) : fd;
+}
+
+int pen_durable_put(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+{
+	int fd = open_directory(dir, err);
 	char temporary[128];
 	int r = 0;
 
 	if (fd < 0)
-		return pen_error_system(err, errno, "cannot open the directory of %s", name);
+		return fd;
 	(void)snprintf(temporary, sizeof temporary, "%s%s", name, suffix);
 	if (write_temporary(fd, temporary, data, size) < 0 ||
-		renameat(fd, temporary, fd, name) < 0 || fsync(fd) < 0) {
+		renameat(fd, temporary, fd, name) < 0) {
 		r = pen_error_system(err, errno, "cannot write %s", name);
 		(void)unlinkat(fd, temporary, 0);
 	}
 	(void)close(fd);
 	return r;
+}
+
+int pen_durable_settle(const char *dir, struct pen_error *err)
+{
+	int fd = open_directory(dir, err);
+	int r = 0;
+
+	if (fd < 0)
+		return fd;
+	if (fsync(fd) < 0)
+		r = pen_error_system(err, errno, "cannot write to the directory %s", dir);
+	(void)close(fd);
+	return r;
+}
+
+int pen_durable_write(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+{
+	int r = pen_durable_put(dir, name, data, size, err);
+
+	return r < 0 ? r : pen_durable_settle(dir, err);
 }
 
 void pen_durable_sweep(const char *dir)

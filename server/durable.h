@@ -13,6 +13,14 @@
 int pen_durable_write(
 	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);
 
+/*
+ * The two halves of it: puts the file there, whole, but its name is only durable once its directory
+ * was settled, which settles all names that were put there before.
+ */
+int pen_durable_put(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);
+int pen_durable_settle(const char *dir, struct pen_error *err);
+
 /* Removes what an interrupted write has left in DIR, and makes durable what it had completed. */
 void pen_durable_sweep(const char *dir);
 

@@ -108,8 +108,12 @@ static void handle_hangup(uv_signal_t *handle, int number)
 	struct pen_server *server = handle->data;
 
 	(void)number;
-	if (!server->stopping && server->http)
+	if (server->stopping || !server->http)
+		return;
+	if (server->config->tls_cert[0] != '\0')
 		renew_certificate(server);
+	else
+		pen_log(PEN_LOG_INFO, "SIGHUP: there is no certificate to read again");
 }
 
 static void handle_signal(uv_signal_t *handle, int number)
@@ -147,7 +151,8 @@ static void allow_descriptors(void)
 static void start_signals(struct pen_server *server)
 {
 	static const int numbers[SIGNALS] = {SIGTERM, SIGINT, SIGHUP};
-	const bool has_certificate = server->config->tls_cert[0] != '\0';
+	/* Else a terminal that goes ends this too. */
+	const bool takes_hangup = server->config->tls_cert[0] != '\0' || pen_supervisor_is_there();
 
 	(void)signal(SIGPIPE, SIG_IGN);
 	for (int i = 0; i < SIGNALS; i++) {
@@ -155,7 +160,7 @@ static void start_signals(struct pen_server *server)
 		server->signals[i].data = server;
 		if (numbers[i] != SIGHUP)
 			(void)uv_signal_start(&server->signals[i], handle_signal, numbers[i]);
-		else if (has_certificate) /* else a terminal that goes ends this too */
+		else if (takes_hangup)
 			(void)uv_signal_start(&server->signals[i], handle_hangup, numbers[i]);
 	}
 }

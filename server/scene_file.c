@@ -35,7 +35,7 @@ int pen_scene_file_write(const char *dir, const struct pen_sha256 *sha256, const
 	if (format_path(dir, sha256, path, sizeof path) == 0 && access(path, F_OK) == 0)
 		return 0;
 	format_name(sha256, name);
-	return pen_durable_write(dir, name, text, size, err);
+	return pen_durable_put(dir, name, text, size, err);
 }
 
 int pen_scene_file_open(const char *dir, const struct pen_sha256 *sha256, int *ret_fd,

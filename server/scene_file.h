@@ -10,7 +10,10 @@
 
 /* Scenes on disk: DIR/SHA256.json, the canonical text, named by its content. */
 
-/* Durable when it returns; nothing is done when it is there already. May block on the disk. */
+/*
+ * Durable once DIR was settled (server/durable.h); nothing is done when it is there already. May
+ * block on the disk.
+ */
 int pen_scene_file_write(const char *dir, const struct pen_sha256 *sha256, const void *text,
 	size_t size, struct pen_error *err);
 

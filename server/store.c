@@ -256,6 +256,15 @@ static void remove_scene(struct pen_store *store, const struct pen_sha256 *sha25
 		pen_scene_file_remove(store->scenes_dir, sha256);
 }
 
+/* The names of their scenes' files, before a transaction that counts on them. */
+static int settle_scenes(
+	const struct pen_store *store, const struct request *batch, struct pen_error *err)
+{
+	while (batch && batch->type != ADD_JOB)
+		batch = batch->next;
+	return batch ? pen_durable_settle(store->scenes_dir, err) : 0;
+}
+
 /* All of them in one transaction, so that they share its fsync. */
 static int commit_batch(struct pen_store *store, struct request *batch, struct pen_error *err)
 {
@@ -263,6 +272,8 @@ static int commit_batch(struct pen_store *store, struct request *batch, struct p
 
 	for (struct request *request = batch; r == 0 && request; request = request->next)
 		r = carry_out(store, request, err);
+	if (r == 0)
+		r = settle_scenes(store, batch, err);
 	if (r == 0)
 		r = run(store, COMMIT, NULL, err);
 	if (r < 0 && sqlite3_get_autocommit(store->db) == 0)

@@ -12,6 +12,11 @@ static void handle_watchdog(uv_timer_t *timer)
 	(void)sd_notify(0, "WATCHDOG=1");
 }
 
+bool pen_supervisor_is_there(void)
+{
+	return getenv("NOTIFY_SOCKET") != NULL;
+}
+
 void pen_supervisor_init(struct pen_supervisor *supervisor, uv_loop_t *loop)
 {
 	uint64_t interval_us = 0;

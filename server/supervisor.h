@@ -17,6 +17,9 @@ struct pen_supervisor {
 	bool stopping;
 };
 
+/* Whether there is one. */
+bool pen_supervisor_is_there(void);
+
 void pen_supervisor_init(struct pen_supervisor *supervisor, uv_loop_t *loop);
 
 /* Ready to serve; status is a line for people. */

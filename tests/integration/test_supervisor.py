@@ -61,6 +61,18 @@ def test_it_is_ready_only_when_it_serves_and_tells_when_it_stops(tmp_path, manag
         assert server.wait(timeout=20) == 0
 
 
+def test_a_reload_ends_nothing(tmp_path, manager):
+    """Breaks when systemctl reload ends a coordinator that has no certificate."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = start(tmp_path, listener)
+        hear(manager, "READY=1")
+        server.send_signal(signal.SIGHUP)
+        server.send_signal(signal.SIGTERM)
+        hear(manager, "STOPPING=1")
+        _, told = server.communicate(timeout=20)
+        assert server.returncode == 0 and "no certificate to read again" in told, told
+
+
 def test_the_watchdog_hears_from_a_living_loop_only(tmp_path, manager):
     """Breaks when the pings come from anything but the loop: a stopped one would go on."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
