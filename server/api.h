@@ -5,8 +5,8 @@
 #include "server/encode.h"
 #include "server/exchange.h"
 #include "server/farm.h"
-#include "server/job.h"
 #include "server/held.h"
+#include "server/job.h"
 #include "server/rate.h"
 #include "server/recent.h"
 

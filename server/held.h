@@ -15,14 +15,14 @@
 struct pen_held {
 	uint64_t number; /* of the render */
 	int64_t until_ms;
-	char *text; /* heap, JSON; NULL: nothing */
+	char *text;   /* heap, JSON; NULL: nothing */
 	size_t count; /* of tiles */
 };
 
 void pen_held_finish(struct pen_held *held);
 
 /* Makes it that of a render, as it is now or was a moment ago. */
-void pen_held_refresh(struct pen_held *held, const struct pen_farm *farm,
-	const struct pen_job *job, int64_t now_ms);
+void pen_held_refresh(struct pen_held *held, const struct pen_farm *farm, const struct pen_job *job,
+	int64_t now_ms);
 
 #endif
