@@ -88,6 +88,14 @@ void pen_api_worker_reset(
 	answer_worker(exchange, id, pen_farm_reset(exchange->api->farm, id, &err), &err);
 }
 
+/* What can be mended by people comes first. */
+static const char *why_waiting(const struct pen_api *api)
+{
+	if (pen_jobs_lack_room(api->jobs))
+		return "A render waits for room on the disk, or for memory.";
+	return pen_farm_why_waiting(api->farm);
+}
+
 void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters *parameters)
 {
 	const struct pen_farm *farm = exchange->api->farm;
@@ -106,7 +114,7 @@ void pen_api_farm(struct pen_exchange *exchange, const struct pen_api_parameters
 		json_pack("{s:s, s:b, s:i, s:i, s:I, s:f, s:s}", "version", PEN_VERSION, "draining",
 			exchange->api->draining, "workers", workers, "processes", processes,
 			"queue_depth", (json_int_t)pen_farm_queue_depth(farm), "rate", rate,
-			"why_waiting", pen_farm_why_waiting(farm)));
+			"why_waiting", why_waiting(exchange->api)));
 	pen_answer_field(&answer, "Cache-Control", "no-store");
 	pen_exchange_answer(exchange, &answer);
 }

@@ -421,6 +421,11 @@ uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch)
 	return pen_sched_waiting(dispatch->sched);
 }
 
+bool pen_dispatch_lacks_class(const struct pen_dispatch *dispatch)
+{
+	return pen_sched_lacks_class(dispatch->sched);
+}
+
 uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch)
 {
 	return pen_sched_processes(dispatch->sched);

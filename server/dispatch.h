@@ -128,6 +128,7 @@ size_t pen_dispatch_held(const struct pen_dispatch *dispatch, uint64_t number,
 	struct pen_sched_held *ret_held, size_t max);
 
 uint64_t pen_dispatch_waiting(const struct pen_dispatch *dispatch);
+bool pen_dispatch_lacks_class(const struct pen_dispatch *dispatch);
 uint32_t pen_dispatch_processes(const struct pen_dispatch *dispatch);
 
 #endif

@@ -606,5 +606,9 @@ const char *pen_farm_why_waiting(const struct pen_farm *farm)
 	if (pen_dispatch_processes(farm->dispatch) == 0)
 		return farm->workers ? "Every worker is leaving or in quarantine."
 				     : "No worker is connected.";
+	if (pen_dispatch_lacks_class(farm->dispatch))
+		return "Some work was begun by workers of a class that has none now: after a "
+		       "minute it "
+		       "starts again with others.";
 	return "All render processes that may take this work are busy.";
 }

@@ -498,6 +498,11 @@ static void handle_tick(uv_timer_t *timer)
 	pen_upkeep_tick(jobs);
 }
 
+bool pen_jobs_lack_room(const struct pen_jobs *jobs)
+{
+	return pen_upkeep_lacks_room(jobs);
+}
+
 int pen_jobs_create(uv_loop_t *loop, const struct pen_jobs_options *options,
 	struct pen_jobs **ret_jobs, struct pen_error *err)
 {

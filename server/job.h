@@ -204,6 +204,9 @@ const struct pen_owner *pen_jobs_find_removed(struct pen_jobs *jobs, const char 
 /* Newest first: the newest with number < before (UINT64_MAX: of all); NULL at the end. */
 struct pen_job *pen_jobs_older(struct pen_jobs *jobs, uint64_t before);
 
+/* Whether one waits for room on the disk, or for memory. */
+bool pen_jobs_lack_room(const struct pen_jobs *jobs);
+
 /*
  * A read-only descriptor of a frame's framebuffer (layout in server/framebuf.h), the caller closes
  * it. PEN_ENOTFOUND while nothing is rendered.

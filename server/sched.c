@@ -469,6 +469,14 @@ uint64_t pen_sched_waiting(const struct pen_sched *sched)
 	return count;
 }
 
+bool pen_sched_lacks_class(const struct pen_sched *sched)
+{
+	for (size_t i = 0; i < sched->job_count; i++)
+		if (!sched->jobs[i]->paused && sched->jobs[i]->absent_ms >= 0)
+			return true;
+	return false;
+}
+
 uint32_t pen_sched_processes(const struct pen_sched *sched)
 {
 	uint32_t count = 0;

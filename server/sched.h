@@ -196,6 +196,9 @@ size_t pen_sched_held(
 /* Units that could be leased now. */
 uint64_t pen_sched_waiting(const struct pen_sched *sched);
 
+/* Whether work waits for a worker of a class that none has now. */
+bool pen_sched_lacks_class(const struct pen_sched *sched);
+
 /* Render processes of the workers that take leases. */
 uint32_t pen_sched_processes(const struct pen_sched *sched);
 

@@ -52,6 +52,11 @@ static struct pen_run *find_waiting(const struct pen_jobs *jobs)
 	return NULL;
 }
 
+bool pen_upkeep_lacks_room(const struct pen_jobs *jobs)
+{
+	return find_waiting(jobs) != NULL;
+}
+
 /* One at a time: it may fill the disk again. */
 static void resume_one(struct pen_jobs *jobs)
 {

@@ -12,7 +12,9 @@ enum {
 	TEXT_MAX = 896, /* of an event, before JSON makes it longer */
 	LINE_MAX_BYTES = 8192,
 	TRACE_ID_AT = 3, /* in a traceparent */
-	TRACE_ID = 32
+	TRACE_ID = 32,
+	SPAN_ID_AT = TRACE_ID_AT + TRACE_ID + 1,
+	SPAN_ID = 16
 };
 
 struct line {
@@ -84,8 +86,10 @@ static void put_ids(struct line *line, const struct pen_log_about *about)
 			about->round);
 	if (about->worker > 0)
 		put(line, ",\"worker\":%" PRIu64, about->worker);
-	if (about->trace && strlen(about->trace) > TRACE_ID_AT + TRACE_ID)
+	if (about->trace && strlen(about->trace) > SPAN_ID_AT + SPAN_ID) {
 		put_string(line, "trace_id", about->trace + TRACE_ID_AT, TRACE_ID);
+		put_string(line, "span_id", about->trace + SPAN_ID_AT, SPAN_ID);
+	}
 }
 
 static void put_time(struct line *line)

@@ -130,6 +130,13 @@ int pen_encoders_cached(
 	return -1;
 }
 
+struct pen_shared_bytes *pen_encoders_hold(
+	struct pen_encoders *encoders, const struct pen_encoding *encoding)
+{
+	(void)encoders, (void)encoding;
+	return NULL;
+}
+
 int pen_encoders_request(struct pen_encoders *encoders, const struct pen_encoding *encoding,
 	int framebuffer_fd, pen_encoding_fn *fn, void *user, struct pen_error *err)
 {

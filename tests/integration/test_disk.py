@@ -65,6 +65,7 @@ def test_a_full_disk_pauses_and_goes_on(disk):
         paused = farm.wait_for(
             lambda: (r := service.resource(render))["state"] == "paused" and r, 60, "the pause")
         assert "disk" in paused["error"]
+        assert "room on the disk" in service.get("/v1/farm")["why_waiting"]
         assert service.post(small(3)).status == 507
         assert service.image(done, "png") and service.image(done, "exr")
 

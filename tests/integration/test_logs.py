@@ -2,6 +2,7 @@
 """Logs for programs: a line of JSON an event, with the ids of what it is about."""
 import json
 import os
+import re
 import signal
 import subprocess
 
@@ -39,10 +40,13 @@ def test_a_render_with_a_death_in_it_is_told_by_ids():
         lines = lines_of(service)
     accepted = [line for line in lines if line.get("request") == "asked.by-me" and line.get("job") == render]
     assert len(accepted) == 1 and accepted[0]["trace_id"] == TRACE
+    span = accepted[0]["span_id"]
+    assert re.fullmatch("[0-9a-f]{16}", span) and span != "b7ad6b7169203331"
     for program in ("penumbra", "penumbra-worker"):
         units = [line for line in lines if line["program"] == program and "tile" in line]
         assert {line["tile"] for line in units} >= set(range(4))
-        assert all(line["job"] == render and line["worker"] == 1 and line["trace_id"] == TRACE for line in units)
+        assert all(line["job"] == render and line["worker"] == 1 and line["trace_id"] == TRACE
+                   and line["span_id"] == span for line in units)
     assert any(line["program"] == "penumbra-worker" and line["level"] == "warning" and line.get("job") == render
                for line in lines)
 
@@ -60,10 +64,15 @@ def test_requests_are_named():
 
 
 def test_a_malformed_traceparent_is_ignored():
-    with farm.Farm(0) as service:
+    """Breaks when it is refused, or kept and passed on."""
+    with farm.Farm(1, "--log-level", "debug", "--log-format", "json") as service:
         answer = service.request("POST", "/v1/renders", json.dumps({"scene": subject()}),
                                  headers={"Content-Type": "application/json", "traceparent": f"00-{TRACE}-0-01"})
-    assert answer.status == 202
+        assert answer.status == 202
+        render = json.loads(answer.body)["id"]
+        service.wait(render)
+        lines = [line for line in lines_of(service) if line.get("job") == render]
+    assert len(lines) > 2 and not any("trace_id" in line or "span_id" in line for line in lines)
 
 
 def test_a_trace_outlives_the_coordinator(tmp_path):

@@ -235,6 +235,20 @@ def test_a_drained_worker_gets_work_again_after_a_reset():
         service.wait(render)
 
 
+def test_work_of_a_class_that_is_gone_says_so():
+    """Breaks if people are told that processes are busy which may not take the work."""
+    with farm.Farm(0) as service:
+        first = service.connect_worker(1, "--isa", "v2")
+        render = service.submit(long_render(SAMPLES))
+        service.wait_progress(render)
+        service.connect_worker(1, "--isa", "v3")
+        farm.stop_process(first, 30)
+        service.remote.remove(first)
+        farm.wait_for(lambda: "class" in service.get("/v1/farm")["why_waiting"], 10, "the reason")
+        assert service.patch(render, {"state": "cancelled"}).status == 200
+        farm.wait_for(lambda: service.get("/v1/farm")["why_waiting"] == "", 10, "an end of it")
+
+
 def test_sigterm_to_all_processes_of_a_worker_is_a_drain(undisturbed):
     """As systemd and Slurm stop what they started. Broken by render processes that end at once: what they
     were at would be lost, and the worker blamed for it."""

@@ -347,6 +347,12 @@ const struct pen_worker *pen_farm_next(const struct pen_farm *farm, uint64_t aft
 	return after < worker.id ? &worker : NULL;
 }
 
+bool pen_jobs_lack_room(const struct pen_jobs *jobs)
+{
+	(void)jobs;
+	return false;
+}
+
 size_t pen_farm_held(const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held,
 	size_t max)
 {

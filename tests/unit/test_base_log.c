@@ -104,7 +104,8 @@ static void json_has_the_ids(void **state)
 		",\"message\":\"a "
 		"\\\"b\\\"\\u000a\\\\\",\"request\":\"r-1\",\"job\":\"abc\",\"frame\":1,"
 		"\"tile\":0,\"round\":2,\"worker\":7,"
-		"\"trace_id\":\"0af7651916cd43dd8448eb211c80319c\"}\n{\"time\":"));
+		"\"trace_id\":\"0af7651916cd43dd8448eb211c80319c\","
+		"\"span_id\":\"b7ad6b7169203331\"}\n{\"time\":"));
 	assert_non_null(strstr(text, ",\"message\":\"alone\"}\n"));
 }
 
