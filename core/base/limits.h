@@ -132,7 +132,7 @@
 /* HTTP */
 #define PEN_HTTP_BODY_MAX	 (PEN_SCENE_BYTES_MAX + (64u << 10))
 #define PEN_HTTP_CONNECTIONS_MAX 4096u
-#define PEN_HTTP_LOCAL_MAX	 256u /* connections by the socket in the file system */
+#define PEN_HTTP_LOCAL_MAX	 256u	      /* connections by the socket in the file system */
 #define PEN_HTTP_MEMORY		 (16u << 10)  /* of one connection: request line and headers */
 #define PEN_JOBS_QUEUED_MAX	 1000u	      /* unless the operator says otherwise, */
 #define PEN_JOBS_QUEUED_CEILING	 100000u      /* up to this */

@@ -353,8 +353,8 @@ bool pen_jobs_lack_room(const struct pen_jobs *jobs)
 	return false;
 }
 
-size_t pen_farm_held(const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held,
-	size_t max)
+size_t pen_farm_held(
+	const struct pen_farm *farm, uint64_t number, struct pen_sched_held *ret_held, size_t max)
 {
 	(void)farm, (void)number, (void)ret_held, (void)max;
 	return 0;
