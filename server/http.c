@@ -61,11 +61,11 @@ struct request {
 	struct MHD_Connection *connection; /* NULL when the client has gone */
 	struct MHD_Response *response;	   /* the answer, until it is queued */
 	unsigned status;
-	uint64_t answer_bytes;
-	bool handled;	  /* by the API, which answers or has answered */
-	bool suspended;	  /* until the answer comes */
-	bool streams;	  /* the answer: events, as they come */
-	unsigned refused; /* status: no room for the body, the rest of which is thrown away */
+	uint64_t answer_bytes; /* its part of those of all */
+	bool handled;	       /* by the API, which answers or has answered */
+	bool suspended;	       /* until the answer comes */
+	bool streams;	       /* the answer: events, as they come */
+	unsigned refused;      /* status: no room for the body, the rest of which is thrown away */
 	struct request *previous, *next;
 };
 
