@@ -13,8 +13,8 @@ TRACE = "0af7651916cd43dd8448eb211c80319c"
 LEVELS = {"error", "warning", "info", "debug"}
 
 
-def subject():
-    return scene.build(128, 128, 64, [scene.sphere()], background=0.5)
+def subject(samples=64):
+    return scene.build(128, 128, samples, [scene.sphere()], background=0.5)
 
 
 def lines_of(service):
@@ -29,7 +29,7 @@ def test_a_render_with_a_death_in_it_is_told_by_ids():
     """Breaks when a line is no JSON, or a render's way cannot be followed by its ids from the request
     to the tiles of each worker."""
     with farm.Farm(2, "--log-level", "debug", "--log-format", "json") as service:
-        answer = service.request("POST", "/v1/renders", json.dumps({"scene": subject()}),
+        answer = service.request("POST", "/v1/renders", json.dumps({"scene": subject(4096)}),
                                  headers={"Content-Type": "application/json", "X-Request-Id": "asked.by-me",
                                           "traceparent": f"00-{TRACE}-b7ad6b7169203331-01"})
         assert answer.status == 202 and answer.headers["X-Request-Id"] == "asked.by-me"
