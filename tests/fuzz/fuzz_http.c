@@ -261,6 +261,8 @@ static void run(uv_loop_t *loop, struct request *request)
 	api.shelf = shelf;
 	handle(&api, request);
 	pen_watches_destroy(api.watches);
+	pen_recent_finish(&api.recent);
+	pen_held_finish(&api.held);
 	(void)uv_run(loop, UV_RUN_DEFAULT);
 	pen_shelf_destroy(shelf);
 	fake_jobs_destroy(api.jobs);
