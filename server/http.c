@@ -249,14 +249,22 @@ static void look_again(void *user)
 	pen_turns_ask(&entrance->turns);
 }
 
-/* Counts an answer until it is taken; when those of all fill the memory for them, it is refused. */
+static bool changes_nothing(const struct request *request)
+{
+	return request->exchange.method == PEN_GET || request->exchange.method == PEN_HEAD;
+}
+
+/*
+ * Counts an answer until it is taken; when those of all fill the memory for them, it is refused,
+ * unless it tells of something that was done: such a request is refused before that.
+ */
 static void hold_answer(struct request *request, struct pen_answer *answer)
 {
 	struct pen_http *http = request->http;
 
 	if (!http || !answer->text)
 		return;
-	if (http->answer_bytes + answer->size > PEN_HTTP_ANSWERS_MAX) {
+	if (changes_nothing(request) && http->answer_bytes + answer->size > PEN_HTTP_ANSWERS_MAX) {
 		pen_answer_finish(answer);
 		pen_answer_problem(answer, 503, "too many answers wait to be taken");
 		pen_answer_field(answer, "Retry-After", "5");
@@ -423,7 +431,7 @@ static const char *reason_of(const struct request *request, unsigned status)
 			       : "the body is too large: at most 8 MiB of scene are taken";
 	case 507: return "the disk of the data directory is full";
 	case 500: return "the asset cannot be stored";
-	default: return "too many requests with large bodies at once";
+	default: return "too many requests with large bodies or answers at once";
 	}
 }
 
@@ -506,6 +514,9 @@ static void take_body(struct request *request, const char *data, size_t size)
 
 static enum MHD_Result finish_request(struct request *request)
 {
+	if (request->refused == 0 && !request->handled && !changes_nothing(request) &&
+		request->http->answer_bytes >= PEN_HTTP_ANSWERS_MAX)
+		request->refused = 503;
 	if (request->refused != 0)
 		return refuse_body(request, request->refused);
 	if (!request->handled) {

@@ -15,7 +15,7 @@ struct pen_shelf;
 
 /*
  * The HTTP interface (shared contract: paths, methods, status codes and field names of version 1)
- * on the loop's thread: libmicrohttpd's epoll descriptor on a uv_poll, its timeout on a uv_timer.
+ * on the loop's thread; see server/turns.h.
  */
 struct pen_http;
 

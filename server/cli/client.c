@@ -120,12 +120,11 @@ static void show_credentials(struct pen_client *client)
 		curl_easy_setopt(client->curl, CURLOPT_CAINFO, credentials->ca_file);
 }
 
-/* The path of the server's socket; NULL when it has an address. */
-static const char *socket_of(const struct pen_client *client)
+const char *pen_client_socket(const char *url)
 {
 	const size_t length = sizeof unix_scheme - 1;
 
-	return strncmp(client->url, unix_scheme, length) == 0 ? client->url + length : NULL;
+	return strncmp(url, unix_scheme, length) == 0 ? url + length : NULL;
 }
 
 static void prepare(struct pen_client *client, int fd)
@@ -155,8 +154,8 @@ static void prepare(struct pen_client *client, int fd)
 	curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, handle_bytes);
 	curl_easy_setopt(curl, CURLOPT_WRITEDATA, client);
 	curl_easy_setopt(curl, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_3);
-	if (socket_of(client))
-		curl_easy_setopt(curl, CURLOPT_UNIX_SOCKET_PATH, socket_of(client));
+	if (pen_client_socket(client->url))
+		curl_easy_setopt(curl, CURLOPT_UNIX_SOCKET_PATH, pen_client_socket(client->url));
 	show_credentials(client);
 }
 
@@ -181,7 +180,7 @@ static bool is_refused(const struct pen_client *client, CURLcode code)
 
 	return code == CURLE_COULDNT_CONNECT &&
 	       curl_easy_getinfo(client->curl, CURLINFO_OS_ERRNO, &reason) == CURLE_OK &&
-	       (reason == ECONNREFUSED || (reason == ENOENT && socket_of(client)));
+	       (reason == ECONNREFUSED || (reason == ENOENT && pen_client_socket(client->url)));
 }
 
 static int transfer_failure(struct pen_client *client, CURLcode code, struct pen_error *err)
@@ -229,8 +228,8 @@ static int perform(
 	CURLcode code;
 
 	pen_buf_init(&url, PEN_URL_BYTES_MAX);
-	if (pen_buf_printf(
-		    &url, "%s%s", socket_of(client) ? "http://localhost" : client->url, path) < 0) {
+	if (pen_buf_printf(&url, "%s%s",
+		    pen_client_socket(client->url) ? "http://localhost" : client->url, path) < 0) {
 		pen_buf_finish(&url);
 		return pen_error_set(err, PEN_EIO, "the address is too long");
 	}

@@ -24,6 +24,9 @@ int pen_client_create(const char *url, const struct pen_credentials *credentials
 	struct pen_client **ret_client, struct pen_error *err);
 void pen_client_destroy(struct pen_client *client);
 
+/* The path in "unix:PATH"; NULL when url is another. */
+const char *pen_client_socket(const char *url);
+
 /*
  * One request whose answer is JSON. body may be NULL; path begins with '/'. The answer stays the
  * client's: pen_client_answer has it until the next call.

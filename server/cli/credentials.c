@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/cli/credentials.h"
 
+#include "server/cli/client.h"
+
 #include <errno.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -86,7 +88,7 @@ int pen_credentials_check(
 
 	host = host ? host + strlen("://") : url;
 	if (credentials->token[0] == '\0' || strncasecmp(url, "https://", 8) == 0 ||
-		strncmp(url, "unix:", 5) == 0 ||
+		pen_client_socket(url) ||
 		(!memchr(host, '@', strcspn(host, "/?#")) && is_local(host)))
 		return 0;
 	return pen_error_set(err, PEN_EINVALID,

@@ -8,7 +8,6 @@ import contextlib
 import os
 import pathlib
 import re
-import socket
 import statistics
 import subprocess
 import tempfile
@@ -48,21 +47,10 @@ def noise():
                        lights=[scene.panel([-3, 2, -3], [6, 0, 0], [0, 0, 6], 1.5)])
 
 
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
-
-
-def listens(port):
-    with socket.socket() as client:
-        return client.connect_ex(("127.0.0.1", port)) == 0
-
-
 @contextlib.contextmanager
 def nginx(files):
     """An nginx on the server's core that serves files, a dict of bytes by name: its port."""
-    port = free_port()
+    port = farm.free_port()
     with tempfile.TemporaryDirectory(prefix="penumbra-load-") as name:
         directory = pathlib.Path(name)
         directory.chmod(0o755)
@@ -75,7 +63,7 @@ def nginx(files):
         server = subprocess.Popen(["taskset", "-c", SERVER_CORE, "nginx", "-c", configuration,
                                    "-e", directory / "error.log"])
         try:
-            farm.wait_for(lambda: listens(port), 10, "nginx")
+            farm.wait_for(lambda: farm.listens(port), 10, "nginx")
             yield port
         finally:
             farm.stop_process(server)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proxies' processes, their keys, and examples with a test's own values."""
 import signal
-import socket
 import subprocess
 
-from farm import wait_for
+from farm import listens, wait_for
 
 
 def openssl(*words):
@@ -21,11 +20,6 @@ def certificate(directory, name, authority=None):
             "-keyout", key, "-out", cert)
     pem.write_text(cert.read_text() + key.read_text())
     return pem
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as held:
-        return held.getsockname()[1]
 
 
 def substitute(text, *pairs):
@@ -46,17 +40,12 @@ class Proxy:
         self.process = subprocess.Popen(list(map(str, self.command)), stdin=subprocess.DEVNULL,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
-            wait_for(lambda: all(map(self.listens, self.ports)), 20, f"{self.command[0]} listening")
+            wait_for(lambda: all(map(listens, self.ports)), 20, f"{self.command[0]} listening")
         except BaseException:
             self.__exit__()
             print(self.process.stdout.read().decode())
             raise
         return self
-
-    @staticmethod
-    def listens(port):
-        with socket.socket() as probe:
-            return probe.connect_ex(("127.0.0.1", port)) == 0
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGTERM)

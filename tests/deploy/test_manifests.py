@@ -9,8 +9,8 @@ import subprocess
 
 import pytest
 import yaml
-from farm import ROOT, Farm, program
-from proxy import Proxy, certificate, free_port, substitute
+from farm import ROOT, Farm, free_port, program
+from proxy import Proxy, certificate, substitute
 
 KUBERNETES, DOCKER = ROOT / "deploy/kubernetes", ROOT / "deploy/docker"
 VERSION = re.search(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())[1]

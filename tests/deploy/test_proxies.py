@@ -12,8 +12,8 @@ import subprocess
 import time
 
 import pytest
-from farm import ROOT, Farm, program
-from proxy import Proxy, certificate, free_port, substitute
+from farm import ROOT, Farm, free_port, program
+from proxy import Proxy, certificate, substitute
 
 DEPLOY = ROOT / "deploy"
 NAME = "render.example"

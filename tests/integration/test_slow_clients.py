@@ -170,16 +170,26 @@ def test_answers_that_nobody_takes_are_bounded():
         for seed in range(renders):
             body = {"scene": scene.build(16, 16, 1, [scene.sphere()], seed=seed), "options": {"name": "n" * 256}}
             service.submit(body)
-        page = len(service.request("GET", f"/v1/renders?limit={renders}").body)
-        most = 256 * mib // page
+        size = {n: len(service.request("GET", f"/v1/renders?limit={n}").body) for n in (1, 2, renders)}
+        page, most = size[renders], 256 * mib // size[renders]
         links = []
-        for _ in range(most + 40):
+
+        def ask(limit):
             links.append(Link(service.http_port, receive=2048))
-            links[-1].socket.sendall(b"GET /v1/renders?limit=%d HTTP/1.1\r\n%s\r\n" % (renders, HOST))
+            links[-1].socket.sendall(b"GET /v1/renders?limit=%d HTTP/1.1\r\n%s\r\n" % (limit, HOST))
+
+        for _ in range(most + 40):
+            ask(renders)
         for link in links:
             link.read(10, 16)
         refused = sum(link.got.startswith(b"HTTP/1.1 503") for link in links)
         assert 20 <= refused <= 60, f"{refused} of {len(links)} with {page} bytes each"
+        # So much more that there is no room for what is told of a new render, which is accepted all the same.
+        ask(1 + (256 * mib - most * page - size[1]) // (size[2] - size[1]))
+        assert b" 200 " in (links[-1].read(10, 16) and links[-1].got)
+        body = {"scene": scene.build(16, 16, 1, [scene.sphere()], seed=renders), "options": {"name": "n" * 256}}
+        answer = service.post(body)
+        assert answer.status == 202 and len(answer.body) > size[2] - size[1] - 64, answer.body
         for link in links:
             link.socket.close()
         farm.wait_for(lambda: service.request("GET", f"/v1/renders?limit={renders}").status == 200, 5, "room")
