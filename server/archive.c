@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "server/archive.h"
 
+#include "server/database.h"
 #include "server/job_row.h"
+#include "server/scene_row.h"
 #include "server/schema.h"
 
 #include <limits.h>
@@ -17,31 +19,11 @@ struct pen_archive {
 	sqlite3 *db;
 };
 
-static int database_error(const struct pen_archive *archive, struct pen_error *err)
-{
-	int code = sqlite3_errcode(archive->db) == SQLITE_FULL ? PEN_ENOSPACE : PEN_EIO;
-
-	return pen_error_set(err, code, "database: %s", sqlite3_errmsg(archive->db));
-}
-
-static int prepare(const struct pen_archive *archive, const char *text,
-	sqlite3_stmt **ret_statement, struct pen_error *err)
-{
-	return sqlite3_prepare_v2(archive->db, text, -1, ret_statement, NULL) == SQLITE_OK
-		       ? 0
-		       : database_error(archive, err);
-}
-
 static int check_version(const struct pen_archive *archive, struct pen_error *err)
 {
-	sqlite3_stmt *row = NULL;
-	int r = prepare(archive, "PRAGMA user_version", &row, err), version = 0;
+	int version = 0;
+	int r = pen_database_version(archive->db, &version, err);
 
-	if (r == 0)
-		r = sqlite3_step(row) == SQLITE_ROW ? 0 : database_error(archive, err);
-	if (r == 0)
-		version = sqlite3_column_int(row, 0);
-	(void)sqlite3_finalize(row);
 	if (r == 0 && version > PEN_SCHEMA_VERSION)
 		return pen_error_set(err, PEN_EUNSUPPORTED,
 			"the data directory was written by a newer version of Penumbra");
@@ -71,7 +53,7 @@ int pen_archive_open(
 		    (writes ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_NOMUTEX,
 		    NULL) == SQLITE_OK
 		    ? 0
-		    : database_error(archive, err);
+		    : pen_database_error(archive->db, err);
 	(void)sqlite3_busy_timeout(archive->db, BUSY_MS);
 	if (r == 0)
 		r = check_version(archive, err);
@@ -94,13 +76,13 @@ int pen_archive_check(struct pen_archive *archive, void (*told)(void *user, cons
 	void *user, struct pen_error *err)
 {
 	sqlite3_stmt *rows = NULL;
-	int r = prepare(archive, "PRAGMA integrity_check", &rows, err), step;
+	int r = pen_database_prepare(archive->db, "PRAGMA integrity_check", &rows, err), step;
 
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
 		const char *text = (const char *)sqlite3_column_text(rows, 0);
 
 		if (step != SQLITE_ROW)
-			r = database_error(archive, err);
+			r = pen_database_error(archive->db, err);
 		else if (!text || strcmp(text, "ok") != 0)
 			told(user, text ? text : "no answer");
 	}
@@ -113,14 +95,19 @@ int pen_archive_jobs(struct pen_archive *archive,
 	struct pen_error *err)
 {
 	sqlite3_stmt *rows = NULL;
-	int r = prepare(archive, pen_job_row_load, &rows, err), step;
+	int r = pen_database_prepare(archive->db, pen_job_row_load, &rows, err), step;
 	struct pen_job job;
 
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE)
 		r = step == SQLITE_ROW ? fn(user, pen_job_row_read(rows, &job) ? &job : NULL, err)
-				       : database_error(archive, err);
+				       : pen_database_error(archive->db, err);
 	(void)sqlite3_finalize(rows);
 	return r;
+}
+
+bool pen_archive_has_scene(struct pen_archive *archive, const struct pen_sha256 *sha256)
+{
+	return pen_scene_row_is_whole(archive->db, sha256);
 }
 
 int pen_archive_copy(struct pen_archive *archive, const char *path, struct pen_error *err)
@@ -134,12 +121,12 @@ int pen_archive_copy(struct pen_archive *archive, const char *path, struct pen_e
 		    NULL) == SQLITE_OK)
 		backup = sqlite3_backup_init(copy.db, "main", archive->db, "main");
 	if (!backup)
-		r = database_error(&copy, err);
+		r = pen_database_error(copy.db, err);
 	/* All pages in one step: one point in time. */
 	else if (sqlite3_backup_step(backup, -1) != SQLITE_DONE)
 		r = pen_error_set(err, PEN_EIO, "the database cannot be copied");
 	if (backup && sqlite3_backup_finish(backup) != SQLITE_OK && r == 0)
-		r = database_error(&copy, err);
+		r = pen_database_error(copy.db, err);
 	(void)sqlite3_close(copy.db);
 	return r;
 }
@@ -148,12 +135,12 @@ static int change(
 	struct pen_archive *archive, const char *text, uint64_t number, struct pen_error *err)
 {
 	sqlite3_stmt *statement = NULL;
-	int r = prepare(archive, text, &statement, err);
+	int r = pen_database_prepare(archive->db, text, &statement, err);
 
 	if (r == 0)
 		(void)sqlite3_bind_int64(statement, 1, (sqlite3_int64)number);
 	if (r == 0 && sqlite3_step(statement) != SQLITE_DONE)
-		r = database_error(archive, err);
+		r = pen_database_error(archive->db, err);
 	(void)sqlite3_finalize(statement);
 	return r;
 }

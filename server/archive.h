@@ -28,6 +28,9 @@ int pen_archive_jobs(struct pen_archive *archive,
 	int (*fn)(void *user, const struct pen_job *job, struct pen_error *err), void *user,
 	struct pen_error *err);
 
+/* Whether it holds a scene itself (server/scene_row.h), whole. */
+bool pen_archive_has_scene(struct pen_archive *archive, const struct pen_sha256 *sha256);
+
 /* A consistent copy as of now, in a file that is not there yet. */
 int pen_archive_copy(struct pen_archive *archive, const char *path, struct pen_error *err);
 

@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -25,7 +26,8 @@ static int write_all(int fd, const char *data, size_t size)
 	return 0;
 }
 
-static int write_temporary(int dir, const char *name, const void *data, size_t size)
+static int write_temporary(
+	int dir, const char *name, const void *data, size_t size, bool is_durable)
 {
 	int fd = openat(dir, name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
 	int r;
@@ -33,7 +35,7 @@ static int write_temporary(int dir, const char *name, const void *data, size_t s
 	if (fd < 0)
 		return -1;
 	r = write_all(fd, data, size);
-	if (r == 0)
+	if (r == 0 && is_durable)
 		r = fsync(fd);
 	if (close(fd) < 0)
 		r = -1;
@@ -47,8 +49,8 @@ static int open_directory(const char *dir, struct pen_error *err)
 	return fd < 0 ? pen_error_system(err, errno, "cannot open the directory %s", dir) : fd;
 }
 
-int pen_durable_put(
-	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+static int replace(const char *dir, const char *name, const void *data, size_t size,
+	bool is_durable, struct pen_error *err)
 {
 	int fd = open_directory(dir, err);
 	char temporary[128];
@@ -57,13 +59,25 @@ int pen_durable_put(
 	if (fd < 0)
 		return fd;
 	(void)snprintf(temporary, sizeof temporary, "%s%s", name, suffix);
-	if (write_temporary(fd, temporary, data, size) < 0 ||
+	if (write_temporary(fd, temporary, data, size, is_durable) < 0 ||
 		renameat(fd, temporary, fd, name) < 0) {
 		r = pen_error_system(err, errno, "cannot write %s", name);
 		(void)unlinkat(fd, temporary, 0);
 	}
 	(void)close(fd);
 	return r;
+}
+
+int pen_durable_place(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+{
+	return replace(dir, name, data, size, false, err);
+}
+
+int pen_durable_put(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err)
+{
+	return replace(dir, name, data, size, true, err);
 }
 
 int pen_durable_settle(const char *dir, struct pen_error *err)

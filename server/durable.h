@@ -13,9 +13,13 @@
 int pen_durable_write(
 	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);
 
+/* The same for now, but a power cut may leave nothing of it, or less than all. */
+int pen_durable_place(
+	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);
+
 /*
- * The two halves of it: puts the file there, whole, but its name is only durable once its directory
- * was settled, which settles all names that were put there before.
+ * The two halves of pen_durable_write: puts the file there, whole, but its name is only durable
+ * once its directory was settled, which settles all names that were put there before.
  */
 int pen_durable_put(
 	const char *dir, const char *name, const void *data, size_t size, struct pen_error *err);

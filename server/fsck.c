@@ -12,13 +12,13 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 struct fsck {
 	const char *dir;
 	char scenes[PATH_MAX];
+	struct pen_archive *archive;
 	struct pen_fsck_report *report;
 	uint64_t *broken; /* numbers of renders with a frame that is damaged or gone */
 	size_t count, capacity;
@@ -59,34 +59,20 @@ static int note_broken(struct fsck *fsck, uint64_t number, struct pen_error *err
 	return 0;
 }
 
-/* Whether the text is the one that its name says. */
-static bool is_scene_right(int fd, uint64_t size, const struct pen_sha256 *wanted)
-{
-	struct pen_sha256 found;
-	void *text;
-	bool right;
-
-	if (size == 0)
-		return false;
-	text = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
-	if (text == MAP_FAILED)
-		return false;
-	right = pen_sha256_of(text, size, &found, NULL) == 0 && pen_sha256_equal(&found, wanted);
-	(void)munmap(text, size);
-	return right;
-}
-
+/* A file that a power cut took is made again at the next start if the database has its text. */
 static void check_scene(struct fsck *fsck, const struct pen_job *job)
 {
 	uint64_t size = 0;
 	int fd = -1;
 
+	if (pen_scene_file_is_whole(fsck->scenes, &job->scene_sha256) ||
+		pen_archive_has_scene(fsck->archive, &job->scene_sha256))
+		return;
 	if (pen_scene_file_open(fsck->scenes, &job->scene_sha256, &fd, &size, NULL) < 0) {
 		tell(fsck, "render %s: its scene is gone", job->id);
 		return;
 	}
-	if (!is_scene_right(fd, size, &job->scene_sha256))
-		tell(fsck, "render %s: its scene is damaged", job->id);
+	tell(fsck, "render %s: its scene is damaged", job->id);
 	(void)close(fd);
 }
 
@@ -143,14 +129,14 @@ static int check_job(void *user, const struct pen_job *job, struct pen_error *er
 	return r;
 }
 
-static int look(struct fsck *fsck, struct pen_archive *archive, bool repair, struct pen_error *err)
+static int look(struct fsck *fsck, bool repair, struct pen_error *err)
 {
-	int r = pen_archive_check(archive, tell_database, fsck, err);
+	int r = pen_archive_check(fsck->archive, tell_database, fsck, err);
 
 	if (r == 0)
-		r = pen_archive_jobs(archive, check_job, fsck, err);
+		r = pen_archive_jobs(fsck->archive, check_job, fsck, err);
 	for (size_t i = 0; r == 0 && repair && i < fsck->count; i++) {
-		r = pen_archive_render_again(archive, fsck->broken[i], err);
+		r = pen_archive_render_again(fsck->archive, fsck->broken[i], err);
 		fsck->report->repaired += r == 0;
 	}
 	return r;
@@ -159,13 +145,12 @@ static int look(struct fsck *fsck, struct pen_archive *archive, bool repair, str
 int pen_fsck(const char *dir, bool repair, struct pen_fsck_report *report, struct pen_error *err)
 {
 	struct fsck fsck = {.dir = dir, .report = report};
-	struct pen_archive *archive = NULL;
-	int r = pen_archive_open(dir, repair, &archive, err);
+	int r = pen_archive_open(dir, repair, &fsck.archive, err);
 
 	(void)snprintf(fsck.scenes, sizeof fsck.scenes, "%s/scenes", dir);
 	if (r == 0)
-		r = look(&fsck, archive, repair, err);
-	pen_archive_close(archive);
+		r = look(&fsck, repair, err);
+	pen_archive_close(fsck.archive);
 	free(fsck.broken);
 	return r;
 }

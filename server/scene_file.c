@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <stdio.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -28,14 +29,15 @@ static int format_path(
 }
 
 int pen_scene_file_write(const char *dir, const struct pen_sha256 *sha256, const void *text,
-	size_t size, struct pen_error *err)
+	size_t size, bool is_durable, struct pen_error *err)
 {
 	char name[NAME_SIZE], path[PATH_MAX];
 
 	if (format_path(dir, sha256, path, sizeof path) == 0 && access(path, F_OK) == 0)
 		return 0;
 	format_name(sha256, name);
-	return pen_durable_put(dir, name, text, size, err);
+	return is_durable ? pen_durable_put(dir, name, text, size, err)
+			  : pen_durable_place(dir, name, text, size, err);
 }
 
 int pen_scene_file_open(const char *dir, const struct pen_sha256 *sha256, int *ret_fd,
@@ -57,6 +59,35 @@ int pen_scene_file_open(const char *dir, const struct pen_sha256 *sha256, int *r
 	*ret_fd = fd;
 	*ret_size = (uint64_t)status.st_size;
 	return 0;
+}
+
+static bool is_text_of(int fd, uint64_t size, const struct pen_sha256 *sha256)
+{
+	struct pen_sha256 found;
+	void *text;
+	bool whole;
+
+	if (size == 0)
+		return false;
+	text = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
+	if (text == MAP_FAILED)
+		return false;
+	whole = pen_sha256_of(text, size, &found, NULL) == 0 && pen_sha256_equal(&found, sha256);
+	(void)munmap(text, size);
+	return whole;
+}
+
+bool pen_scene_file_is_whole(const char *dir, const struct pen_sha256 *sha256)
+{
+	uint64_t size;
+	bool whole;
+	int fd;
+
+	if (pen_scene_file_open(dir, sha256, &fd, &size, NULL) < 0)
+		return false;
+	whole = is_text_of(fd, size, sha256);
+	(void)close(fd);
+	return whole;
 }
 
 void pen_scene_file_remove(const char *dir, const struct pen_sha256 *sha256)

@@ -76,4 +76,8 @@ const char *const pen_schema_migrations[PEN_SCHEMA_VERSION] = {
 	"ALTER TABLE jobs ADD COLUMN trace TEXT;"
 	"PRAGMA user_version = 9;"
 	"COMMIT;",
+	"BEGIN IMMEDIATE;"
+	"CREATE TABLE scenes (sha256 BLOB PRIMARY KEY, text BLOB NOT NULL) STRICT;"
+	"PRAGMA user_version = 10;"
+	"COMMIT;",
 };

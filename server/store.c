@@ -2,16 +2,15 @@
 #include "server/store.h"
 
 #include "core/base/limits.h"
+#include "server/database.h"
 #include "server/disk.h"
 #include "server/durable.h"
 #include "server/job_row.h"
 #include "server/job_texts.h"
-#include "server/scene_file.h"
+#include "server/scene_row.h"
 #include "server/schema.h"
 
 #include <assert.h>
-#include <dirent.h>
-#include <errno.h>
 #include <limits.h>
 #include <pthread.h>
 #include <sqlite3.h>
@@ -32,7 +31,6 @@ static const char *const statement_texts[] = {
 	"DELETE FROM tiles WHERE job = ?1 AND frame < ?2",
 	"DELETE FROM jobs WHERE number = ?1",
 	"INSERT OR IGNORE INTO removed (id, owner) VALUES (?1, ?2)",
-	"SELECT count(*) FROM jobs WHERE scene = ?1",
 };
 
 enum statement_name {
@@ -45,7 +43,6 @@ enum statement_name {
 	FORGET_FRAMES,
 	FORGET_JOB,
 	PUT_REMOVED,
-	COUNT_SCENE,
 	STATEMENT_COUNT
 };
 
@@ -100,6 +97,7 @@ struct pen_store {
 	/* The thread's own. */
 	sqlite3 *db;
 	sqlite3_stmt *statements[STATEMENT_COUNT];
+	struct pen_scene_rows scenes;
 	struct pen_error broken; /* code 0 as long as the database can be trusted */
 
 	/* Shared, under the lock. */
@@ -141,31 +139,11 @@ static void request_destroy(struct request *request)
 
 /* On the thread */
 
-static int database_error(const struct pen_store *store, struct pen_error *err)
-{
-	/* The index of the log could not grow: nothing is amiss with what is written. */
-	const int wrong = sqlite3_extended_errcode(store->db);
-	bool is_full = (wrong & 0xff) == SQLITE_FULL ||
-		       (wrong == SQLITE_IOERR_SHMSIZE && sqlite3_system_errno(store->db) == ENOSPC);
-	int code = is_full ? PEN_ENOSPACE : PEN_EIO;
-
-	if ((wrong & 0xff) == SQLITE_NOMEM || wrong == SQLITE_IOERR_NOMEM)
-		code = PEN_ENOMEM;
-	return pen_error_set(err, code, "database: %s", sqlite3_errmsg(store->db));
-}
-
-/* Runs a statement to its end; ret_number (may be NULL) is the first column of its only row. */
-static int run(struct pen_store *store, enum statement_name name, int64_t *ret_number,
-	struct pen_error *err)
+static int run(struct pen_store *store, enum statement_name name, struct pen_error *err)
 {
 	sqlite3_stmt *statement = store->statements[name];
-	int r = sqlite3_step(statement);
+	int r = sqlite3_step(statement) == SQLITE_DONE ? 0 : pen_database_error(store->db, err);
 
-	if (r == SQLITE_ROW && ret_number) {
-		*ret_number = sqlite3_column_int64(statement, 0);
-		r = SQLITE_DONE;
-	}
-	r = r == SQLITE_DONE ? 0 : database_error(store, err);
 	(void)sqlite3_reset(statement);
 	(void)sqlite3_clear_bindings(statement);
 	return r;
@@ -179,7 +157,7 @@ static void bind_number(sqlite3_stmt *statement, int place, uint64_t number)
 static int put_job(struct pen_store *store, const struct pen_job *job, struct pen_error *err)
 {
 	pen_job_row_bind(store->statements[PUT_JOB], job);
-	return run(store, PUT_JOB, NULL, err);
+	return run(store, PUT_JOB, err);
 }
 
 static int put_tile(struct pen_store *store, uint64_t job, const struct pen_store_tile *tile,
@@ -192,14 +170,14 @@ static int put_tile(struct pen_store *store, uint64_t job, const struct pen_stor
 	bind_number(statement, 3, tile->tile);
 	bind_number(statement, 4, tile->state.rounds);
 	bind_number(statement, 5, tile->state.xxh3);
-	return run(store, PUT_TILE, NULL, err);
+	return run(store, PUT_TILE, err);
 }
 
 static int forget(
 	struct pen_store *store, enum statement_name name, uint64_t job, struct pen_error *err)
 {
 	bind_number(store->statements[name], 1, job);
-	return run(store, name, NULL, err);
+	return run(store, name, err);
 }
 
 static bool keeps_tiles(const struct pen_job *job)
@@ -220,8 +198,8 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 
 	switch (request->type) {
 	case ADD_JOB:
-		r = pen_scene_file_write(
-			store->scenes_dir, &job->scene_sha256, request->text, request->size, err);
+		r = pen_scene_rows_put(
+			&store->scenes, &job->scene_sha256, request->text, request->size, err);
 		return r < 0 ? r : put_job(store, job, err);
 	case UPDATE_JOB:
 		r = put_job(store, job, err);
@@ -237,52 +215,34 @@ static int carry_out(struct pen_store *store, const struct request *request, str
 		r = forget(store, FORGET_TILES, job->number, err);
 		if (r == 0)
 			r = forget(store, FORGET_JOB, job->number, err);
+		if (r == 0)
+			r = pen_scene_rows_forget(&store->scenes, &job->scene_sha256, err);
 		(void)sqlite3_bind_text(
 			store->statements[PUT_REMOVED], 1, job->id, -1, SQLITE_STATIC);
 		pen_row_bind_owner(store->statements[PUT_REMOVED], 2, &job->owner);
-		return r < 0 ? r : run(store, PUT_REMOVED, NULL, err);
+		return r < 0 ? r : run(store, PUT_REMOVED, err);
 	}
 	return 0;
-}
-
-/* Unless another job has it. To be called when the removal of its job is durable. */
-static void remove_scene(struct pen_store *store, const struct pen_sha256 *sha256)
-{
-	int64_t count = 1;
-
-	(void)sqlite3_bind_blob(store->statements[COUNT_SCENE], 1, sha256->bytes,
-		sizeof sha256->bytes, SQLITE_STATIC);
-	if (run(store, COUNT_SCENE, &count, NULL) == 0 && count == 0)
-		pen_scene_file_remove(store->scenes_dir, sha256);
-}
-
-/* The names of their scenes' files, before a transaction that counts on them. */
-static int settle_scenes(
-	const struct pen_store *store, const struct request *batch, struct pen_error *err)
-{
-	while (batch && batch->type != ADD_JOB)
-		batch = batch->next;
-	return batch ? pen_durable_settle(store->scenes_dir, err) : 0;
 }
 
 /* All of them in one transaction, so that they share its fsync. */
 static int commit_batch(struct pen_store *store, struct request *batch, struct pen_error *err)
 {
-	int r = run(store, BEGIN, NULL, err);
+	int r = run(store, BEGIN, err);
 
 	for (struct request *request = batch; r == 0 && request; request = request->next)
 		r = carry_out(store, request, err);
 	if (r == 0)
-		r = settle_scenes(store, batch, err);
+		r = pen_scene_rows_settle(&store->scenes, err);
 	if (r == 0)
-		r = run(store, COMMIT, NULL, err);
+		r = run(store, COMMIT, err);
 	if (r < 0 && sqlite3_get_autocommit(store->db) == 0)
-		(void)run(store, ROLLBACK, NULL, NULL);
+		(void)run(store, ROLLBACK, NULL);
 	if (r < 0)
 		return r;
 	for (struct request *request = batch; request; request = request->next)
 		if (request->type == REMOVE_JOB)
-			remove_scene(store, &request->job.scene_sha256);
+			pen_scene_rows_remove_file(&store->scenes, &request->job.scene_sha256);
 	return 0;
 }
 
@@ -440,15 +400,6 @@ int pen_store_remove_job(struct pen_store *store, const struct pen_job *job, pen
 
 /* Loading, before the thread has anything to do */
 
-static int prepare(struct pen_store *store, const char *text, sqlite3_stmt **ret_statement,
-	struct pen_error *err)
-{
-	if (sqlite3_prepare_v3(store->db, text, -1, SQLITE_PREPARE_PERSISTENT, ret_statement,
-		    NULL) != SQLITE_OK)
-		return database_error(store, err);
-	return 0;
-}
-
 static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *visitor,
 	sqlite3_stmt *rows, const struct pen_job *job, struct pen_error *err)
 {
@@ -461,7 +412,7 @@ static int visit_tiles(struct pen_store *store, const struct pen_store_visitor *
 			{(uint16_t)pen_row_count(rows, 2), pen_row_number(rows, 3), 0}};
 
 		if (step != SQLITE_ROW)
-			r = database_error(store, err);
+			r = pen_database_error(store->db, err);
 		else if (tile.frame >= first_open(job) &&
 			 tile.frame - job->frame_first < job->frame_count &&
 			 tile.tile < job->tiling.count &&
@@ -489,13 +440,13 @@ static int visit_jobs(
 	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
 {
 	sqlite3_stmt *jobs = NULL, *tiles = NULL;
-	int r = prepare(store, pen_job_row_load, &jobs, err), step;
+	int r = pen_database_prepare(store->db, pen_job_row_load, &jobs, err), step;
 
 	if (r == 0)
-		r = prepare(store, load_tiles, &tiles, err);
+		r = pen_database_prepare(store->db, load_tiles, &tiles, err);
 	while (r == 0 && (step = sqlite3_step(jobs)) != SQLITE_DONE)
 		r = step == SQLITE_ROW ? visit_job(store, visitor, jobs, tiles, err)
-				       : database_error(store, err);
+				       : pen_database_error(store->db, err);
 	(void)sqlite3_finalize(jobs);
 	(void)sqlite3_finalize(tiles);
 	return r;
@@ -507,11 +458,11 @@ static int visit_removed(
 	char id[PEN_JOB_ID_TEXT];
 	struct pen_owner owner;
 	sqlite3_stmt *rows = NULL;
-	int r = prepare(store, load_removed, &rows, err), step;
+	int r = pen_database_prepare(store->db, load_removed, &rows, err), step;
 
 	while (r == 0 && (step = sqlite3_step(rows)) != SQLITE_DONE) {
 		if (step != SQLITE_ROW)
-			r = database_error(store, err);
+			r = pen_database_error(store->db, err);
 		else if (!pen_row_owner(rows, 1, &owner))
 			r = pen_error_set(err, PEN_EIO, "database: a removed render is damaged");
 		else {
@@ -523,38 +474,19 @@ static int visit_removed(
 	return r;
 }
 
-/* Scenes whose job is not there: a crash came between the two. */
-static void sweep_scenes(struct pen_store *store)
-{
-	DIR *scenes = opendir(store->scenes_dir);
-	const struct dirent *entry;
-	struct pen_sha256 sha256;
-
-	while (scenes && (entry = readdir(scenes)) != NULL)
-		if (pen_sha256_parse(entry->d_name, &sha256))
-			remove_scene(store, &sha256);
-	if (scenes)
-		(void)closedir(scenes);
-}
-
-static int execute(struct pen_store *store, const char *text, struct pen_error *err)
-{
-	return sqlite3_exec(store->db, text, NULL, NULL, NULL) == SQLITE_OK
-		       ? 0
-		       : database_error(store, err);
-}
-
 int pen_store_load(
 	struct pen_store *store, const struct pen_store_visitor *visitor, struct pen_error *err)
 {
-	int r = execute(store, raise_revisions, err);
+	int r = pen_database_execute(store->db, raise_revisions, err);
 
 	if (r == 0)
 		r = visit_jobs(store, visitor, err);
 	if (r == 0)
 		r = visit_removed(store, visitor, err);
 	if (r == 0)
-		sweep_scenes(store);
+		r = pen_scene_rows_restore(&store->scenes, err);
+	if (r == PEN_ENOSPACE && pen_ballast_drop(store->dir) == 0)
+		r = pen_scene_rows_restore(&store->scenes, err);
 	return r;
 }
 
@@ -562,19 +494,14 @@ int pen_store_load(
 
 static int migrate(struct pen_store *store, struct pen_error *err)
 {
-	sqlite3_stmt *row = NULL;
-	int r = prepare(store, "PRAGMA user_version", &row, err), version = 0;
+	int version = 0;
+	int r = pen_database_version(store->db, &version, err);
 
-	if (r == 0)
-		r = sqlite3_step(row) == SQLITE_ROW ? 0 : database_error(store, err);
-	if (r == 0)
-		version = sqlite3_column_int(row, 0);
-	(void)sqlite3_finalize(row);
 	if (r == 0 && (version < 0 || version > PEN_SCHEMA_VERSION))
 		return pen_error_set(err, PEN_EUNSUPPORTED,
 			"the data directory was written by a newer version of Penumbra");
 	for (; r == 0 && version < PEN_SCHEMA_VERSION; version++)
-		r = execute(store, pen_schema_migrations[version], err);
+		r = pen_database_execute(store->db, pen_schema_migrations[version], err);
 	return r;
 }
 
@@ -590,14 +517,16 @@ static int open_database(struct pen_store *store, const char *dir, struct pen_er
 	if (sqlite3_open_v2(path, &store->db,
 		    SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX,
 		    NULL) != SQLITE_OK)
-		return database_error(store, err);
+		return pen_database_error(store->db, err);
 	(void)sqlite3_busy_timeout(store->db, BUSY_MS);
 	(void)sqlite3_db_config(store->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
-	r = execute(store, settings, err);
+	r = pen_database_execute(store->db, settings, err);
 	if (r == 0)
 		r = migrate(store, err);
 	for (int i = 0; r == 0 && i < STATEMENT_COUNT; i++)
-		r = prepare(store, statement_texts[i], &store->statements[i], err);
+		r = pen_database_prepare(store->db, statement_texts[i], &store->statements[i], err);
+	if (r == 0)
+		r = pen_scene_rows_init(&store->scenes, store->db, store->scenes_dir, err);
 	return r;
 }
 
@@ -610,6 +539,7 @@ static void close_database(struct pen_store *store)
 {
 	for (int i = 0; i < STATEMENT_COUNT; i++)
 		(void)sqlite3_finalize(store->statements[i]);
+	pen_scene_rows_finish(&store->scenes);
 	(void)sqlite3_close(store->db);
 }
 

@@ -105,19 +105,20 @@
 #define PEN_ASSETS_CACHED_MAX (2u * PEN_ASSETS_MAX)
 
 /* Coordinator */
-#define PEN_MERGING_MAX	       256u	    /* results on their way into framebuffers */
-#define PEN_STORE_QUEUE_MAX    4096u	    /* requests that wait for the disk */
-#define PEN_TILES_COMMIT_MAX   64u	    /* tile rows committed together */
-#define PEN_KEEP_HOURS_MAX     87600u	    /* ten years */
-#define PEN_CONFIG_LINE_MAX    4095	    /* bytes of a line of a configuration file */
-#define PEN_CONFIG_LINES_MAX   10000u	    /* of a configuration file */
-#define PEN_KEEP_MIB_MAX       (1u << 30)   /* a pebibyte */
-#define PEN_RECENT_TEXTS_MAX   64u	    /* resources of renders, as they were answered last */
-#define PEN_RECENT_BYTES_MAX   (16u << 10)  /* of one of them */
-#define PEN_SHELF_TREES_MAX    8u	    /* kept scenes whose trees are at hand */
-#define PEN_PREVIEWS_KEPT_MAX  64u	    /* that are over */
-#define PEN_DEADLINE_S_MAX     31536000u    /* a year */
-#define PEN_DISK_RESERVE_BYTES (64ul << 20) /* kept free when a render is accepted */
+#define PEN_MERGING_MAX		256u	     /* results on their way into framebuffers */
+#define PEN_STORE_QUEUE_MAX	4096u	     /* requests that wait for the disk */
+#define PEN_SCENE_ROW_BYTES_MAX (32u << 10)  /* of a scene that stands in the database, too */
+#define PEN_TILES_COMMIT_MAX	64u	     /* tile rows committed together */
+#define PEN_KEEP_HOURS_MAX	87600u	     /* ten years */
+#define PEN_CONFIG_LINE_MAX	4095	     /* bytes of a line of a configuration file */
+#define PEN_CONFIG_LINES_MAX	10000u	     /* of a configuration file */
+#define PEN_KEEP_MIB_MAX	(1u << 30)   /* a pebibyte */
+#define PEN_RECENT_TEXTS_MAX	64u	     /* resources of renders, as they were answered last */
+#define PEN_RECENT_BYTES_MAX	(16u << 10)  /* of one of them */
+#define PEN_SHELF_TREES_MAX	8u	     /* kept scenes whose trees are at hand */
+#define PEN_PREVIEWS_KEPT_MAX	64u	     /* that are over */
+#define PEN_DEADLINE_S_MAX	31536000u    /* a year */
+#define PEN_DISK_RESERVE_BYTES	(64ul << 20) /* kept free when a render is accepted */
 
 /* Keys */
 #define PEN_KEY_FILE_MAX    (64u << 10) /* bytes of a file of keys */

@@ -50,7 +50,7 @@ def run(target, seconds):
     found.mkdir(parents=True, exist_ok=True)
     process = subprocess.Popen(
         [BUILD / f"tests/fuzz_{target}", f"-max_total_time={seconds}", "-print_final_stats=1",
-         "-rss_limit_mb=4096", "-timeout=120", "-print_funcs=0",
+         "-rss_limit_mb=4096", "-timeout=120", "-report_slow_units=120", "-print_funcs=0",
          f"-artifact_prefix={findings}/", *TARGETS[target], found, *seeds],
         stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, env=environment)
     log = process.stderr.read().decode(errors="replace")

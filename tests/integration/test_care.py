@@ -93,6 +93,10 @@ def test_a_damaged_database_and_scene(service):
     service.stop()
     name, = (service.data / "scenes").iterdir()
     name.write_bytes(name.read_bytes().replace(b"70", b"71"))
+    assert care("fsck", "--data", service.data).returncode == 0  # the next start makes it again
+    with sqlite3.connect(service.data / "penumbra.db") as database:
+        database.execute("UPDATE scenes SET text = CAST('torn' AS BLOB)")
+    database.close()
     run = care("fsck", "--data", service.data)
     assert run.returncode == 1 and "its scene is damaged" in run.stdout
     with sqlite3.connect(service.data / "penumbra.db") as database:

@@ -170,7 +170,7 @@ def test_what_was_there_before_there_were_owners(tmp_path):
         assert service.request("DELETE", f"/v1/renders/{removed}").status == 204
     database = sqlite3.connect(data / "penumbra.db")
     database.executescript("BEGIN; ALTER TABLE jobs DROP COLUMN owner; ALTER TABLE removed DROP COLUMN owner;"
-                           "ALTER TABLE jobs DROP COLUMN trace;"
+                           "ALTER TABLE jobs DROP COLUMN trace; DROP TABLE scenes;"
                            "PRAGMA user_version = 7; COMMIT;")
     database.close()
     with farm.Farm(1, data=data) as service:

@@ -389,11 +389,85 @@ static void test_sweep(void **state)
 
 	add_job(fixture, &kept, "kept");
 	wait_answers(fixture, 1);
-	assert_int_equal(
-		pen_scene_file_write(fixture->scenes, &orphan.scene_sha256, "orphan", 6, NULL), 0);
+	assert_int_equal(pen_scene_file_write(
+				 fixture->scenes, &orphan.scene_sha256, "orphan", 6, true, NULL),
+		0);
 	reopen(fixture);
 	assert_true(has_scene(fixture, &kept.scene_sha256));
 	assert_false(has_scene(fixture, &orphan.scene_sha256));
+}
+
+/* A scene of so many bytes, as the store would get it. */
+static char *make_scene(size_t size)
+{
+	char *text = malloc(size + 1);
+
+	assert_non_null(text);
+	memset(text, ' ', size);
+	text[size] = '\0';
+	return text;
+}
+
+/* What a power cut may leave of a file that nobody waited for. */
+enum loss { GONE, EMPTY, TORN, LOSSES };
+
+static void lose_scene(const struct fixture *fixture, const struct pen_job *job, enum loss loss)
+{
+	char name[PEN_SHA256_TEXT], path[PATH_MAX + PEN_SHA256_TEXT + 8];
+
+	pen_sha256_format(&job->scene_sha256, name);
+	(void)snprintf(path, sizeof path, "%s/%s.json", fixture->scenes, name);
+	if (loss == GONE)
+		assert_int_equal(unlink(path), 0);
+	else
+		assert_int_equal(truncate(path, loss == EMPTY ? 0 : 10), 0);
+}
+
+/* Broken by: trusting a file that was not waited for, or a limit that is off by one. */
+static void test_scene_rows(void **state)
+{
+	struct fixture *fixture = *state;
+	struct pen_job jobs[3];
+
+	for (size_t i = 0; i < 3; i++) {
+		char *text = make_scene(PEN_SCENE_ROW_BYTES_MAX - 1 + i);
+
+		jobs[i] = make_job(i + 1, text);
+		add_job(fixture, &jobs[i], text);
+		free(text);
+	}
+	wait_answers(fixture, 3);
+	for (enum loss loss = GONE; loss < LOSSES; loss++) {
+		lose_scene(fixture, &jobs[0], loss);
+		lose_scene(fixture, &jobs[1], loss);
+		reopen(fixture);
+		assert_true(pen_scene_file_is_whole(fixture->scenes, &jobs[0].scene_sha256));
+		assert_true(pen_scene_file_is_whole(fixture->scenes, &jobs[1].scene_sha256));
+	}
+	lose_scene(fixture, &jobs[2], GONE); /* it was waited for: this is no power cut's doing */
+	reopen(fixture);
+	assert_false(has_scene(fixture, &jobs[2].scene_sha256));
+}
+
+/* Broken by: a row that outlives its last job, or goes with the first of two. */
+static void test_scene_row_goes(void **state)
+{
+	struct fixture *fixture = *state;
+	struct pen_job first = make_job(1, "same"), second = make_job(2, "same");
+
+	add_job(fixture, &first, "same");
+	add_job(fixture, &second, "same");
+	assert_int_equal(
+		pen_store_remove_job(fixture->store, &first, note_answer, fixture, NULL), 0);
+	wait_answers(fixture, 3);
+	lose_scene(fixture, &second, GONE);
+	reopen(fixture);
+	assert_true(has_scene(fixture, &second.scene_sha256));
+	assert_int_equal(
+		pen_store_remove_job(fixture->store, &second, note_answer, fixture, NULL), 0);
+	wait_answers(fixture, 4);
+	reopen(fixture);
+	assert_false(has_scene(fixture, &second.scene_sha256));
 }
 
 /* Broken by: letting in a second coordinator. */
@@ -421,6 +495,8 @@ int main(void)
 		cmocka_unit_test_setup_teardown(test_owner, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_kill, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_sweep, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_scene_rows, set_up, tear_down),
+		cmocka_unit_test_setup_teardown(test_scene_row_goes, set_up, tear_down),
 		cmocka_unit_test_setup_teardown(test_lock, set_up, tear_down),
 	};
 
