@@ -14,7 +14,13 @@
 
 void pen_answer_init(struct pen_answer *answer, unsigned status)
 {
-	*answer = (struct pen_answer){.status = status, .fd = -1};
+	answer->status = status;
+	answer->content_type = NULL;
+	answer->text = NULL;
+	answer->fd = -1;
+	answer->bytes = NULL;
+	answer->offset = answer->size = 0;
+	answer->field_count = answer->values_size = 0;
 }
 
 void pen_answer_finish(struct pen_answer *answer)
@@ -28,30 +34,35 @@ void pen_answer_finish(struct pen_answer *answer)
 	answer->bytes = NULL;
 }
 
+/* Makes a field of what has been written behind the values. */
+static void add_field(struct pen_answer *answer, const char *name, size_t length)
+{
+	assert(answer->field_count < PEN_ANSWER_FIELDS_MAX && length < PEN_ANSWER_VALUE);
+	answer->fields[answer->field_count++] =
+		(struct pen_answer_field){name, answer->values + answer->values_size};
+	answer->values_size += length + 1;
+}
+
 void pen_answer_field(struct pen_answer *answer, const char *name, const char *value)
 {
-	struct pen_answer_field *field = &answer->fields[answer->field_count];
-	const size_t size = strlen(value) + 1;
+	const size_t length = strlen(value);
 
-	assert(answer->field_count < PEN_ANSWER_FIELDS_MAX && size <= sizeof field->value);
-	memcpy(field->value, value, size);
-	field->name = name;
-	answer->field_count++;
+	assert(length < sizeof answer->values - answer->values_size);
+	memcpy(answer->values + answer->values_size, value, length + 1);
+	add_field(answer, name, length);
 }
 
 void pen_answer_field_of(struct pen_answer *answer, const char *name, const char *format, ...)
 {
-	struct pen_answer_field *field = &answer->fields[answer->field_count];
+	const size_t room = sizeof answer->values - answer->values_size;
 	va_list args;
 	int n;
 
-	assert(answer->field_count < PEN_ANSWER_FIELDS_MAX);
 	va_start(args, format);
-	n = vsnprintf(field->value, sizeof field->value, format, args);
+	n = vsnprintf(answer->values + answer->values_size, room, format, args);
 	va_end(args);
-	assert(n >= 0 && (size_t)n < sizeof field->value);
-	field->name = name;
-	answer->field_count++;
+	assert(n >= 0 && (size_t)n < room);
+	add_field(answer, name, (size_t)n);
 }
 
 void pen_answer_text(struct pen_answer *answer, unsigned status, const char *content_type,

@@ -12,11 +12,11 @@
 
 /* An HTTP answer before it is sent: status, fields, and a body in memory or in a file. */
 
-enum { PEN_ANSWER_FIELDS_MAX = 8, PEN_ANSWER_VALUE = 256 };
+enum { PEN_ANSWER_FIELDS_MAX = 8, PEN_ANSWER_VALUES = 768, PEN_ANSWER_VALUE = 256 };
 
 struct pen_answer_field {
-	const char *name; /* static */
-	char value[PEN_ANSWER_VALUE];
+	const char *name;  /* static */
+	const char *value; /* in values */
 };
 
 struct pen_answer {
@@ -28,7 +28,8 @@ struct pen_answer {
 	uint64_t offset;		/* in the file or bytes */
 	uint64_t size;			/* of the body */
 	struct pen_answer_field fields[PEN_ANSWER_FIELDS_MAX];
-	size_t field_count;
+	size_t field_count, values_size;
+	char values[PEN_ANSWER_VALUES];
 };
 
 /* Without a body. */
@@ -37,7 +38,10 @@ void pen_answer_init(struct pen_answer *answer, unsigned status);
 /* Frees what is left of the body; pen_exchange_answer does it for the answers that it takes. */
 void pen_answer_finish(struct pen_answer *answer);
 
-/* Adds a field, whose value is copied; one that is too long is an error of the program. */
+/*
+ * Adds a field, whose value is copied; one of PEN_ANSWER_VALUE bytes or more, or more than all have
+ * room for, is an error of the program.
+ */
 void pen_answer_field(struct pen_answer *answer, const char *name, const char *value);
 void pen_answer_field_of(struct pen_answer *answer, const char *name, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));

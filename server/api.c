@@ -76,59 +76,65 @@ static const struct {
 
 enum { ADMISSIONS = sizeof admissions / sizeof admissions[0] };
 
-/*
- * Takes the piece of path that stands for {…}, told by its first letter; false when it is empty or
- * too long.
- */
-static bool capture(char letter, const char **path, struct pen_api_parameters *found)
-{
-#define PLACE(letter, member)                                                                      \
+/* The pieces of a path that stand for {…}, told by its first letter. */
+#define PIECE(letter, member, ends)                                                                \
 	{                                                                                          \
-		letter, offsetof(struct pen_api_parameters, member), sizeof found->member          \
+		letter, ends, offsetof(struct pen_api_parameters, member),                         \
+			sizeof((struct pen_api_parameters *)0)->member                             \
 	}
-	static const struct {
-		char letter;
-		size_t offset, size;
-	} places[] = {
-		PLACE('i', id),
-		PLACE('h', hash),
-		PLACE('n', frame),
-		PLACE('e', extension),
-		PLACE('p', page),
-		PLACE('r', region),
-		PLACE('s', size),
-		PLACE('t', turn),
-		PLACE('q', quality),
-	};
-#undef PLACE
-	/* Of these some have a point in them, and a page may be in a folder. */
-	const char *ends = letter == 'p' ? "" : strchr("rst", letter) ? "/" : "/.";
-	size_t length = strcspn(*path, ends), i = 0;
-	char *place;
+static const struct piece {
+	char letter;
+	const char *ends; /* some have a point in them, and a page may be in a folder */
+	size_t offset, size;
+} pieces[] = {
+	PIECE('i', id, "/."),
+	PIECE('h', hash, "/."),
+	PIECE('n', frame, "/."),
+	PIECE('e', extension, "/."),
+	PIECE('p', page, ""),
+	PIECE('r', region, "/"),
+	PIECE('s', size, "/"),
+	PIECE('t', turn, "/"),
+	PIECE('q', quality, "/."),
+};
+#undef PIECE
 
-	while (places[i].letter != letter)
-		i++;
-	if (length == 0 || length >= places[i].size)
+static const struct piece *piece_of(char letter)
+{
+	const struct piece *piece = pieces;
+
+	while (piece->letter != letter)
+		piece++;
+	return piece;
+}
+
+/*
+ * Takes what stands for {…} off the path; with ret_parameters NULL only looks whether it may. False
+ * when it is empty or too long.
+ */
+static bool take_piece(char letter, const char **path, struct pen_api_parameters *ret_parameters)
+{
+	const struct piece *piece = piece_of(letter);
+	const size_t length = strcspn(*path, piece->ends);
+
+	if (length == 0 || length >= piece->size)
 		return false;
-	place = (char *)found + places[i].offset;
-	memcpy(place, *path, length);
-	place[length] = '\0';
+	if (ret_parameters)
+		memcpy((char *)ret_parameters + piece->offset, *path, length);
 	*path += length;
 	return true;
 }
 
+/* ret_parameters, all of it 0, is filled in; it may be NULL. */
 static bool match(const char *pattern, const char *path, struct pen_api_parameters *ret_parameters)
 {
-	struct pen_api_parameters *found = ret_parameters;
-
-	*found = (struct pen_api_parameters){.id = ""};
 	while (*pattern) {
 		if (*pattern != '{') {
 			if (*pattern++ != *path++)
 				return false;
 			continue;
 		}
-		if (!capture(pattern[1], &path, found))
+		if (!take_piece(pattern[1], &path, ret_parameters))
 			return false;
 		pattern = strchr(pattern, '}') + 1;
 	}
@@ -150,13 +156,12 @@ static const char *method_name(enum pen_method method)
 /* What may be done at a path, for OPTIONS and for those who tried something else. */
 static void answer_methods(struct pen_exchange *exchange)
 {
-	struct pen_api_parameters parameters;
 	struct pen_answer answer;
 	char allow[64] = "";
 	size_t used = 0;
 
 	for (size_t i = 0; i < ROUTES; i++) {
-		if (match(routes[i].pattern, exchange->path, &parameters))
+		if (match(routes[i].pattern, exchange->path, NULL))
 			used += (size_t)snprintf(allow + used, sizeof allow - used, "%s%s",
 				used > 0 ? ", " : "", method_name(routes[i].method));
 	}
@@ -168,14 +173,12 @@ static void answer_methods(struct pen_exchange *exchange)
 	pen_exchange_answer(exchange, &answer);
 }
 
-static const struct route *find_route(
-	const struct pen_exchange *exchange, struct pen_api_parameters *ret_parameters)
+static const struct route *find_route(const struct pen_exchange *exchange)
 {
 	enum pen_method method = exchange->method == PEN_HEAD ? PEN_GET : exchange->method;
 
 	for (size_t i = 0; i < ROUTES; i++)
-		if (routes[i].method == method &&
-			match(routes[i].pattern, exchange->path, ret_parameters))
+		if (routes[i].method == method && match(routes[i].pattern, exchange->path, NULL))
 			return &routes[i];
 	return NULL;
 }
@@ -184,14 +187,13 @@ static const struct route *find_route(
 static unsigned scope_of(const struct pen_exchange *exchange)
 {
 	struct pen_guard *guard = exchange->api->guard;
-	struct pen_api_parameters parameters;
 	const struct route *route;
 
 	if (guard)
 		pen_guard_refresh(guard, pen_clock_ms());
 	if (!pen_gate_asks_for_token(exchange))
 		return PEN_SCOPE_NONE;
-	route = find_route(exchange, &parameters);
+	route = find_route(exchange);
 	return route ? route->scope : PEN_SCOPE_ALL;
 }
 
@@ -212,7 +214,7 @@ static bool is_stopped(struct pen_exchange *exchange)
 
 bool pen_api_admit(struct pen_exchange *exchange)
 {
-	struct pen_api_parameters parameters;
+	struct pen_api_parameters parameters = {.id = ""};
 
 	if (is_stopped(exchange))
 		return false;
@@ -225,27 +227,26 @@ bool pen_api_admit(struct pen_exchange *exchange)
 
 static bool is_known(const char *path)
 {
-	struct pen_api_parameters parameters;
-
 	for (size_t i = 0; i < ROUTES; i++)
-		if (match(routes[i].pattern, path, &parameters))
+		if (match(routes[i].pattern, path, NULL))
 			return true;
 	return false;
 }
 
 void pen_api_handle(struct pen_exchange *exchange)
 {
-	struct pen_api_parameters parameters;
+	struct pen_api_parameters parameters = {.id = ""};
 	const struct route *route;
 
 	if (exchange->gate != PEN_GATE_OPEN) {
 		pen_gate_refuse(exchange);
 		return;
 	}
-	route = find_route(exchange, &parameters);
-	if (route)
+	route = find_route(exchange);
+	if (route) {
+		(void)match(route->pattern, exchange->path, &parameters);
 		route->handler(exchange, &parameters);
-	else if (is_known(exchange->path))
+	} else if (is_known(exchange->path))
 		answer_methods(exchange);
 	else
 		pen_exchange_problem(exchange, 404, "there is nothing at this path");

@@ -67,9 +67,9 @@ static char decode(const char *text)
 
 size_t pen_framing_unescape(char *text)
 {
-	char *end = text;
+	char *end = text + strcspn(text, "%");
 
-	for (const char *at = text; *at;) {
+	for (const char *at = end; *at;) {
 		char byte = decode(at);
 
 		*end++ = byte ? byte : *at;

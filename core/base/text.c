@@ -58,10 +58,8 @@ bool pen_text_reals(const char *text, size_t count, double *ret_numbers)
 
 char *pen_text_hex(char *to, uint64_t number)
 {
-	unsigned shift = 60;
+	unsigned shift = (63u - (unsigned)__builtin_clzll(number | 1)) & ~3u;
 
-	while (shift > 0 && number >> shift == 0)
-		shift -= 4;
 	for (;; shift -= 4) {
 		*to++ = "0123456789abcdef"[number >> shift & 15];
 		if (shift == 0)
