@@ -21,7 +21,7 @@
 typedef void handler_fn(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 typedef bool admit_fn(struct pen_exchange *exchange, const struct pen_api_parameters *parameters);
 
-/* HEAD goes where GET goes. */
+/* What is asked for most comes first. HEAD goes where GET goes. */
 static const struct route {
 	const char *pattern;
 	enum pen_method method;
@@ -29,12 +29,12 @@ static const struct route {
 	enum pen_scope scope; /* PEN_SCOPE_NONE: for everybody */
 } routes[] = {
 	{"/v1/renders/{id}", PEN_GET, pen_api_render_get, PEN_SCOPE_READ},
+	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
 	{"/v1/renders/{id}", PEN_PATCH, pen_api_render_patch, PEN_SCOPE_SUBMIT},
 	{"/v1/renders/{id}", PEN_DELETE, pen_api_render_delete, PEN_SCOPE_SUBMIT},
 	{"/v1/renders/{id}/scene", PEN_GET, pen_api_render_scene, PEN_SCOPE_READ},
 	{"/v1/renders/{id}/events", PEN_GET, pen_api_events, PEN_SCOPE_READ},
 	{"/v1/renders/{id}/image", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
-	{"/v1/renders/{id}/image.{extension}", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
 	{"/v1/renders/{id}/frames/{number}", PEN_GET, pen_api_image_get, PEN_SCOPE_READ},
 	{"/v1/renders/{id}/frames/{number}.{extension}", PEN_GET, pen_api_image_get,
 		PEN_SCOPE_READ},

@@ -12,6 +12,7 @@
 #include "server/exchange.h"
 #include "server/framing.h"
 #include "server/listener.h"
+#include "server/response.h"
 #include "server/turns.h"
 #include "server/visitor.h"
 #include "server/watch.h"
@@ -42,6 +43,7 @@ struct pen_http {
 	struct entrance entrances[ENTRANCES];
 	unsigned open; /* of those that take turns */
 	struct pen_drains drains;
+	struct pen_unchanged unchanged;
 	struct pen_visitors *visitors;
 	const struct pen_certificate *certificate; /* or NULL */
 	struct request *requests;
@@ -59,9 +61,11 @@ struct request {
 	struct pen_http *http;		   /* NULL when the service has gone */
 	struct entrance *entrance;	   /* valid as long as that */
 	struct MHD_Connection *connection; /* NULL when the client has gone */
-	struct MHD_Response *response;	   /* the answer, until it is queued */
+	struct MHD_Response *response;	   /* the answer */
+	bool is_shared;			   /* the response: others are given it, too */
 	unsigned status;
 	uint64_t answer_bytes; /* its part of those of all */
+	bool is_named;	       /* by the client */
 	bool handled;	       /* by the API, which answers or has answered */
 	bool suspended;	       /* until the answer comes */
 	bool streams;	       /* the answer: events, as they come */
@@ -90,6 +94,7 @@ static void name_request(struct request *request)
 
 	if (length > 0 && length <= PEN_REQUEST_ID_MAX && strspn(given, allowed) == length) {
 		memcpy(exchange->id, given, length + 1);
+		request->is_named = true;
 		return;
 	}
 	end = pen_text_hex(exchange->id, request->http->instance);
@@ -154,7 +159,7 @@ static void request_destroy(struct request *request)
 {
 	if (request->http)
 		request_detach(request);
-	if (request->response)
+	if (request->response && !request->is_shared)
 		MHD_destroy_response(request->response);
 	pen_buf_finish(&request->exchange.body);
 	pen_asset_upload_destroy(request->exchange.upload);
@@ -169,78 +174,6 @@ static bool request_awaited(const struct request *request)
 }
 
 /* Answers */
-
-static bool answer_has(const struct pen_answer *answer, const char *name)
-{
-	for (size_t i = 0; i < answer->field_count; i++)
-		if (strcmp(answer->fields[i].name, name) == 0)
-			return true;
-	return false;
-}
-
-/*
- * False without memory: an answer without one of them might mean something else. What stands in all
- * others is not repeated with a 304, which leaves what the client has of them as it is.
- */
-static bool add_fields(struct MHD_Response *response, const struct pen_answer *answer)
-{
-	static const char *const always[][2] = {
-		{"X-Content-Type-Options", "nosniff"},
-		{"Content-Security-Policy", "default-src 'none'"},
-		{"Referrer-Policy", "no-referrer"},
-		{"Cross-Origin-Resource-Policy", "same-origin"},
-	};
-
-	bool good = true;
-
-	for (size_t i = 0; answer->status != 304 && i < sizeof always / sizeof always[0]; i++)
-		if (!answer_has(answer, always[i][0]))
-			good = MHD_add_response_header(response, always[i][0], always[i][1]) ==
-				       MHD_YES &&
-			       good;
-	if (answer->content_type)
-		good = MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE,
-			       answer->content_type) == MHD_YES &&
-		       good;
-	for (size_t i = 0; i < answer->field_count; i++)
-		good = MHD_add_response_header(response, answer->fields[i].name,
-			       answer->fields[i].value) == MHD_YES &&
-		       good;
-	return good;
-}
-
-static void release_bytes(void *bytes)
-{
-	pen_shared_bytes_release(bytes);
-}
-
-/* Takes the answer's body. NULL without memory. */
-static struct MHD_Response *response_of(struct pen_answer *answer)
-{
-	struct MHD_Response *response;
-
-	if (answer->fd >= 0)
-		response = MHD_create_response_from_fd_at_offset64(
-			answer->size, answer->fd, answer->offset);
-	else if (answer->bytes)
-		response =
-			MHD_create_response_from_buffer_with_free_callback_cls((size_t)answer->size,
-				answer->bytes->data + answer->offset, release_bytes, answer->bytes);
-	else
-		response = MHD_create_response_from_buffer((size_t)answer->size, answer->text,
-			answer->text ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
-	if (!response) {
-		pen_answer_finish(answer);
-		return NULL;
-	}
-	answer->fd = -1;
-	answer->text = NULL;
-	answer->bytes = NULL;
-	if (add_fields(response, answer))
-		return response;
-	MHD_destroy_response(response);
-	return NULL;
-}
 
 static void look_again(void *user)
 {
@@ -273,16 +206,29 @@ static void hold_answer(struct request *request, struct pen_answer *answer)
 	http->answer_bytes += answer->size;
 }
 
+/*
+ * Of a 304, nobody needs to know by which name the logs call the request, unless the client gave
+ * it; and one that is queued at once is queued before the next is asked for.
+ */
+static bool may_share(const struct request *request, const struct pen_answer *answer)
+{
+	return answer->status == 304 && !request->is_named && !request->suspended && request->http;
+}
+
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
 {
 	struct request *request = request_of(exchange);
 
 	assert(request_awaited(request));
 	hold_answer(request, answer);
-	request->response = response_of(answer);
+	request->is_shared = may_share(request, answer);
+	request->response = request->is_shared
+				    ? pen_unchanged_get(&request->http->unchanged, answer)
+				    : pen_response_of(answer);
 	if (!request->response) {
 		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
-		request->response = response_of(answer);
+		request->response = pen_response_of(answer);
+		request->is_shared = false;
 	}
 	request->status = answer->status;
 	if (!request->connection) {
@@ -306,7 +252,7 @@ void pen_exchange_stream(struct pen_exchange *exchange, const struct pen_answer 
 		pen_stream_response(source, request->connection, look_again, request->entrance);
 	request->status = answer->status;
 	request->streams = true;
-	if (request->response && !add_fields(request->response, answer)) {
+	if (request->response && !pen_response_add_fields(request->response, answer)) {
 		MHD_destroy_response(request->response);
 		request->response = NULL;
 	}
@@ -387,8 +333,10 @@ static enum MHD_Result queue_answer(struct request *request)
 	else
 		pen_visitor_takes(visitor);
 	/* Without a response there was no memory for one: the connection ends. */
-	if (!request->response || MHD_add_response_header(request->response, "X-Request-Id",
-					  request->exchange.id) == MHD_NO)
+	if (!request->response)
+		return MHD_NO;
+	if (!request->is_shared && MHD_add_response_header(request->response, "X-Request-Id",
+					   request->exchange.id) == MHD_NO)
 		return MHD_NO;
 	pen_log_of(&(struct pen_log_about){.request = request->exchange.id}, PEN_LOG_DEBUG,
 		"request %s: %u", request->exchange.id, request->status);
@@ -775,6 +723,7 @@ void pen_http_destroy(struct pen_http *http)
 	if (!http)
 		return;
 	pen_drains_finish(&http->drains);
+	pen_unchanged_finish(&http->unchanged);
 	let_go_of_requests(http);
 	pen_watches_destroy(http->api.watches);
 	pen_recent_finish(&http->api.recent);

@@ -114,6 +114,7 @@
 #define PEN_CONFIG_LINES_MAX	10000u	     /* of a configuration file */
 #define PEN_KEEP_MIB_MAX	(1u << 30)   /* a pebibyte */
 #define PEN_RECENT_TEXTS_MAX	64u	     /* resources of renders, as they were answered last */
+#define PEN_UNCHANGED_MAX	8u	     /* answers 304, as they were given last */
 #define PEN_RECENT_BYTES_MAX	(16u << 10)  /* of one of them */
 #define PEN_SHELF_TREES_MAX	8u	     /* kept scenes whose trees are at hand */
 #define PEN_PREVIEWS_KEPT_MAX	64u	     /* that are over */
