@@ -17,11 +17,13 @@ static bool is_our_name(const struct pen_exchange *exchange, const char *host)
 /* A page of another site may post here without being asked, but the browser tells its origin. */
 static bool is_foreign(const struct pen_exchange *exchange)
 {
-	const char *origin = pen_exchange_field(exchange, "Origin");
-	const char *host = origin ? strstr(origin, "://") : NULL;
+	const char *origin, *host;
 
-	return origin && exchange->method != PEN_GET && exchange->method != PEN_HEAD &&
-	       !(host && is_our_name(exchange, host + strlen("://")));
+	if (exchange->method == PEN_GET || exchange->method == PEN_HEAD)
+		return false;
+	origin = pen_exchange_field(exchange, "Origin");
+	host = origin ? strstr(origin, "://") : NULL;
+	return origin && !(host && is_our_name(exchange, host + strlen("://")));
 }
 
 bool pen_gate_asks_for_token(const struct pen_exchange *exchange)
@@ -34,7 +36,7 @@ bool pen_gate_asks_for_token(const struct pen_exchange *exchange)
 static enum pen_gate check_caller(struct pen_exchange *exchange, unsigned scope)
 {
 	const struct pen_guard *guard = exchange->api->guard;
-	const char *authorization = pen_exchange_field(exchange, "Authorization");
+	const char *authorization;
 
 	exchange->caller = (struct pen_caller){.scopes = PEN_SCOPE_ALL};
 	if (!pen_gate_asks_for_token(exchange))
@@ -42,6 +44,7 @@ static enum pen_gate check_caller(struct pen_exchange *exchange, unsigned scope)
 	exchange->caller.scopes = PEN_SCOPE_NONE;
 	if (scope == PEN_SCOPE_NONE)
 		return PEN_GATE_OPEN;
+	authorization = pen_exchange_field(exchange, "Authorization");
 	if (!authorization)
 		return PEN_GATE_NO_TOKEN;
 	if (!guard || !pen_guard_knows(guard, authorization, &exchange->caller))
