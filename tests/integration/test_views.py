@@ -280,10 +280,12 @@ def test_a_view_takes_over_the_process_of_the_one_before(service):
 def test_a_process_that_dies_at_a_view_is_made_anew(service):
     """Breaks if a taken-over process that ends leaves the view waiting for ever."""
     service.wait(service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 0, 3]}}}))
-    for pid in service.pools()[0].scenes():
+    pool = service.pools()[0]
+    stopped = pool.scenes() + pool.renders()
+    for pid in stopped:
         os.kill(pid, signal.SIGSTOP)
     view = service.submit({"scene": SCENE, "override": {"camera": {"position": [0, 0, 4]}}})
     farm.wait_for(lambda: service.get("/v1/workers")["workers"][0]["leases"] > 0, 5, "a lease")
-    for pid in service.pools()[0].scenes():
+    for pid in stopped:
         os.kill(pid, signal.SIGKILL)
     service.wait(view)
