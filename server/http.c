@@ -62,14 +62,14 @@ struct request {
 	struct entrance *entrance;	   /* valid as long as that */
 	struct MHD_Connection *connection; /* NULL when the client has gone */
 	struct MHD_Response *response;	   /* the answer */
-	bool is_shared;			   /* the response: others are given it, too */
+	bool shares_response;
 	unsigned status;
 	uint64_t answer_bytes; /* its part of those of all */
-	bool is_named;	       /* by the client */
-	bool handled;	       /* by the API, which answers or has answered */
-	bool suspended;	       /* until the answer comes */
-	bool streams;	       /* the answer: events, as they come */
-	unsigned refused;      /* status: no room for the body, the rest of which is thrown away */
+	bool named_by_client;
+	bool handled;	  /* by the API, which answers or has answered */
+	bool suspended;	  /* until the answer comes */
+	bool streams;	  /* the answer: events, as they come */
+	unsigned refused; /* status: no room for the body, the rest of which is thrown away */
 	struct request *previous, *next;
 };
 
@@ -94,7 +94,7 @@ static void name_request(struct request *request)
 
 	if (length > 0 && length <= PEN_REQUEST_ID_MAX && strspn(given, allowed) == length) {
 		memcpy(exchange->id, given, length + 1);
-		request->is_named = true;
+		request->named_by_client = true;
 		return;
 	}
 	end = pen_text_hex(exchange->id, request->http->instance);
@@ -159,7 +159,7 @@ static void request_destroy(struct request *request)
 {
 	if (request->http)
 		request_detach(request);
-	if (request->response && !request->is_shared)
+	if (request->response && !request->shares_response)
 		MHD_destroy_response(request->response);
 	pen_buf_finish(&request->exchange.body);
 	pen_asset_upload_destroy(request->exchange.upload);
@@ -212,7 +212,8 @@ static void hold_answer(struct request *request, struct pen_answer *answer)
  */
 static bool may_share(const struct request *request, const struct pen_answer *answer)
 {
-	return answer->status == 304 && !request->is_named && !request->suspended && request->http;
+	return answer->status == 304 && !request->named_by_client && !request->suspended &&
+	       request->http;
 }
 
 void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answer)
@@ -221,14 +222,14 @@ void pen_exchange_answer(struct pen_exchange *exchange, struct pen_answer *answe
 
 	assert(request_awaited(request));
 	hold_answer(request, answer);
-	request->is_shared = may_share(request, answer);
-	request->response = request->is_shared
+	request->shares_response = may_share(request, answer);
+	request->response = request->shares_response
 				    ? pen_unchanged_get(&request->http->unchanged, answer)
 				    : pen_response_of(answer);
 	if (!request->response) {
 		pen_answer_error(answer, &(struct pen_error){PEN_ENOMEM, "out of memory"});
 		request->response = pen_response_of(answer);
-		request->is_shared = false;
+		request->shares_response = false;
 	}
 	request->status = answer->status;
 	if (!request->connection) {
@@ -335,8 +336,8 @@ static enum MHD_Result queue_answer(struct request *request)
 	/* Without a response there was no memory for one: the connection ends. */
 	if (!request->response)
 		return MHD_NO;
-	if (!request->is_shared && MHD_add_response_header(request->response, "X-Request-Id",
-					   request->exchange.id) == MHD_NO)
+	if (!request->shares_response && MHD_add_response_header(request->response, "X-Request-Id",
+						 request->exchange.id) == MHD_NO)
 		return MHD_NO;
 	pen_log_of(&(struct pen_log_about){.request = request->exchange.id}, PEN_LOG_DEBUG,
 		"request %s: %u", request->exchange.id, request->status);
